@@ -30,6 +30,8 @@ _COMPONENTS = {
     "alpha": "rotation of the target about y",
     "alpha_x": "rotation of the target about x",
     "alpha_z": "rotation of the target about z",
+    "touch_x": "place of the touch on the target at rest along x",
+    "touch_y": "place of the touch on the target at rest along y",
 }
 _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.items()} | {
     "L": ("{L}", "inductance"),

@@ -10,7 +10,7 @@ impedance is ``R + j omega L`` and an inductance is flux linkage per ampere.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -191,11 +191,14 @@ WRENCH = ("F_x", "F_z", "M", "F_y", "M_x", "M_z")
 """Names of the components of a wrench; the first three are the plane's."""
 POSE = ("d_h", "d_v", "alpha", "d_y", "alpha_x", "alpha_z")
 """Names of the components of a pose, each in the place of the component of the wrench that works on it."""
+TOUCH = ("touch_x", "touch_y")
+"""Names of the place of a touch on a target at rest."""
 UNITS = {
     "F_x": "N", "F_z": "N", "M": "N*m", "F_y": "N", "M_x": "N*m", "M_z": "N*m",
     "d_h": "m", "d_v": "m", "alpha": "rad", "d_y": "m", "alpha_x": "rad", "alpha_z": "rad",
+    "touch_x": "m", "touch_y": "m",
 }
-"""The SI unit of each component of a wrench and of a pose."""
+"""The SI unit of each component of a wrench and of a pose, and of a touch's place."""
 LOAD_ARGUMENTS = {"fx": "F_x", "fz": "F_z", "moment": "M", "fy": "F_y", "mx": "M_x", "mz": "M_z"}
 """The components of a wrench by their names on the command line and in study files."""
 POSE_ARGUMENTS = {"dh": "d_h", "dv": "d_v", "alpha": "alpha", "dy": "d_y", "alphax": "alpha_x", "alphaz": "alpha_z"}
@@ -290,6 +293,8 @@ class Equilibrium:
         Discrete solutions beyond `state` that the pose is extrapolated from; one that is not known is empty.
     slopes : ndarray, shape (n, 6)
         Derivatives of the pose by numbers of the scene, where they were asked for; n is 0 otherwise.
+    acting : Wrench or None
+        What a touch is at this pose, about the middle of the target's top face; None without touch [N, N m].
     """
 
     wrench: Wrench
@@ -300,6 +305,7 @@ class Equilibrium:
     shared: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
     finer: tuple[Array, ...] = field(default=(), repr=False)
     slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
+    acting: Wrench | None = None
 
 
 @dataclass(frozen=True)
@@ -410,7 +416,7 @@ def _check_numbers(given: Wrench | Pose, names: Sequence[str], *, scalar: bool) 
 
 
 def shown_unit(name: str) -> str:
-    """Return the SI unit of a component of a wrench or of a pose for a reader, such as "N m"."""
+    """Return the SI unit of a component of a wrench or a pose, or of a touch's place, for a reader, such as "N m"."""
     return UNITS[name].replace("*", " ")
 
 
@@ -457,6 +463,18 @@ def refuse_infinite(wrench: Wrench) -> None:
     """Raise ValueError for a load with a component that is not finite."""
     if not np.all(np.isfinite(wrench.components)):
         raise ValueError(f"wrench: must be finite numbers, got {wrench}")
+
+
+def load_at(values: Mapping[str, float], place: Sequence[float] = (0.0, 0.0)) -> Wrench:
+    """Return a load by its components, and by where it touches in place of moments: about the touched point `place`.
+
+    Without "touch_x" and "touch_y" [m] it touches there.
+    """
+    x, y = (values.get(name, own) - own for name, own in zip(TOUCH, place, strict=True))
+    forces = {name: value for name, value in values.items() if name not in TOUCH}
+    if x or y:
+        forces |= {"M": x * forces.get("F_z", 0.0), "M_x": 0.0 - y * forces.get("F_z", 0.0)}
+    return Wrench(**forces)
 
 
 class _Leaving(Protocol):

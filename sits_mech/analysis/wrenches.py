@@ -49,6 +49,7 @@ def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
 
 def table_slopes(sensor: Sensor, data: xr.Dataset) -> Array:
     """Return `wrench_slopes` of a calibrated sensor in space; raise SceneError where models do not hold the scene."""
+    sensor = sensor.model_copy(update={"touch": None})  # components are those of a wrench
     pad = mechanical_model(sensor, "block", request_of(data)["tolerance"])[0]
     return wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
 

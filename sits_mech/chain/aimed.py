@@ -133,7 +133,8 @@ def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedL
         aim = aimed(begun.values())
         first = begun[far].rest
     if aim is not None and first is not None:
-        solved = len(symmetry.without_images(loads if touches(first.report) else solved_likely(loads)))
+        likely = loads if touches(first.report) else solved_likely(loads, grid.axes, grid.place)
+        solved = len(symmetry.without_images(likely))
         planned = aim.promised(first, len(loads), solved)
         if not best:
             aim.refuse_beyond(planned, wrench_words(vars(far)))

@@ -28,8 +28,9 @@ from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.mechanics.touch import check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
+from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance, silicones_of
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
@@ -55,6 +56,8 @@ def calibrate(
     F_y: Loads = 0.0,
     M_x: Loads = 0.0,
     M_z: Loads = 0.0,
+    touch_x: Loads | None = None,
+    touch_y: Loads | None = None,
     tolerance: float = 1e-2,
     mechanics: str = "auto",
     magnetics: str = "auto",
@@ -72,6 +75,8 @@ def calibrate(
     F_x, F_z, M, F_y, M_x, M_z : float or sequence of float
         Components of the loads, as of `Wrench` [N, N m]. A sequence is a dimension of the table, of one value as well;
         a number is a coordinate without dimension where it is not zero. F_x and F_z are dimensions in any case.
+    touch_x, touch_y : float or sequence of float, optional
+        Where the scene's touch presses on the target at rest, in place of its own `x` and `y` [m].
     tolerance : float
         Asked error of the signals, over the largest range that any of them has.
     mechanics, magnetics
@@ -100,7 +105,8 @@ def calibrate(
     ------
     SceneError
         When a model cannot hold the scene or a component, a list of forces is empty, has a value twice or one that is
-        not finite, there are too many loads, or without `best` a tolerance cannot be reached.
+        not finite, there are too many loads, a place is beside the target or comes with moments or without a touch, or
+        without `best` a tolerance cannot be reached.
 
     Examples
     --------
@@ -110,13 +116,15 @@ def calibrate(
     ({'F_x': 3, 'F_z': 3}, 'above tolerance')
     """
     given, tolerance = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True)), checked_tolerance(tolerance)
+    given |= {name: each for name, each in zip(TOUCH, (touch_x, touch_y), strict=True) if each is not None}
     axes = {name: checked_values(name, values) for name, values in given.items()}
-    grid = {name: axes[name] for name in WRENCH if name in ("F_x", "F_z") or np.ndim(given[name])}
-    fixed = {name: values[0] for name, values in axes.items() if name not in grid and values[0] != 0.0}
+    check_places(sensor, axes)
+    grid = {name: axes[name] for name in axes if name in ("F_x", "F_z") or np.ndim(given[name])}
+    fixed = {name: own[0] for name, own in axes.items() if name not in grid and (own[0] != 0.0 or name in TOUCH)}
     count = math.prod(len(values) for values in axes.values())
     if count > _MOST:
         raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
-    loads = loads_of(axes)
+    loads = loads_of(axes, sensor.touched_point)
     _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, loads)
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
@@ -144,7 +152,9 @@ def tabulated(
     import xarray as xr
 
     grid, fixed = axes
-    loads = loads_of({name: grid.get(name, [fixed.get(name, 0.0)]) for name in WRENCH})
+    places = [name for name in TOUCH if name in grid or name in fixed]
+    every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
+    loads = loads_of(every, sensor.touched_point)
     columns, read, shown = _read(sensor, found, grid, loads, request, slopes, direct)
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
@@ -152,6 +162,7 @@ def tabulated(
     data["L0"] = (("coil", "coil_2"), shown.L0)
     left_out = (*(read[0].report.left_out if read else ()), *shown.report.left_out)
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
+    attributes |= {} if sensor.touch is None else {"touch": list(sensor.touched_point)}
     attributes |= shown.convention | {"request": json.dumps(request), "magnetics_tolerance": found.asked}
     attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
@@ -223,6 +234,7 @@ def _marks(
 
 def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[list[Parameter], list[Parameter]]:
     """Return the parameters of the sensor's temperature, and those of them that move the target."""
+    check_untouched(sensor, "drift")
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar, axisymmetric or linear; got {name}")
     said = unknown_coefficients(sensor)

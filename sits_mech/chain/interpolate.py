@@ -28,7 +28,18 @@ from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, sol
 from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import (
+    POSE,
+    TOUCH,
+    WRENCH,
+    Array,
+    Equilibrium,
+    MechanicalModel,
+    Pose,
+    SolveReport,
+    Wrench,
+    load_at,
+)
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.units import shown
 
@@ -46,7 +57,7 @@ class LayerGrid:
 
     sensor: Sensor
     layer: MechanicalModel
-    axes: Axes  # values of components by name [N, N m]; others are zero
+    axes: Axes  # values of components, and of a touch's place, by name [N, N m, m]; others are zero
     symmetry: Symmetry
     tolerance: float
     keep: tuple[Path | None, str] = (None, "")  # as of `settle`
@@ -55,7 +66,12 @@ class LayerGrid:
     @cached_property
     def loads(self) -> list[Wrench]:
         """The loads, the last component running fastest."""
-        return loads_of(self.axes)
+        return loads_of(self.axes, self.place)
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """The touched point that loads are taken about [m]."""
+        return self.sensor.touched_point
 
     @cached_property
     def few(self) -> bool:
@@ -83,7 +99,7 @@ def poses_on_grid(
 
     def poses(points: Sequence[tuple[float, ...]]) -> Array:
         """Return the poses at points of the grid; NaN where there is none, or nothing is known of its error."""
-        loads = [Wrench(**dict(zip(grid.axes, point, strict=True))) for point in points]
+        loads = [load_at(dict(zip(grid.axes, point, strict=True)), grid.place) for point in points]
         asked.extend(loads)
         found.update(solved(asked, known=found))
         rests, unknown = [found[load].rest for load in loads], np.full(len(POSE), np.nan)
@@ -99,7 +115,7 @@ def poses_on_grid(
         whole = _finer(grid, refined, whole, goal_of(whole.values()))
     if part is not None:
         error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
-        whole = whole | _between(replace(part, error=error), whole, grid.symmetry)
+        whole = whole | _between(replace(part, error=error), whole, grid.symmetry, grid.loads)
         grid.progress(len(grid.loads), len(grid.loads))
     return {load: whole[load] for load in grid.loads}
 
@@ -163,28 +179,34 @@ def checked_values(name: str, values: float | Sequence[float]) -> list[float]:
         given = np.full(1, np.nan)
     largest = np.max(np.abs(given), initial=0.0)
     if given.ndim > 1 or not given.size or not np.all(np.isfinite(given)) or np.any(np.diff(given) <= _SAME * largest):
-        what = "moments [N m]" if name.startswith("M") else "forces [N]"
+        what = {"M": "moments [N m]", "t": "places [m]"}.get(name[0], "forces [N]")
         raise SceneError(f"{name} must be one or more different finite {what}; got {shown(values)}")
     rounded = (given != -given[::-1]) & (np.abs(given + given[::-1]) <= _SAME * largest)  # two images are one solve
     return [float(f"{value:.14g}") if own else float(value) for value, own in zip(given, rounded, strict=True)]
 
 
-def loads_of(grid: Axes) -> list[Wrench]:
-    """Return the loads of a grid, the last component running fastest; missing components are zero."""
-    return [Wrench(**dict(zip(grid, load, strict=True))) for load in itertools.product(*grid.values())]
+def loads_of(grid: Axes, place: Sequence[float] = (0.0, 0.0)) -> list[Wrench]:
+    """Return the loads of a grid about a touched point, the last component running fastest; missing ones are zero."""
+    return [load_at(dict(zip(grid, load, strict=True)), place) for load in itertools.product(*grid.values())]
 
 
-def solved_likely(loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return about which loads are solved: of a grid the part that usually suffices."""
+def solved_likely(
+    loads: Sequence[Wrench], axes: Axes | None = None, place: Sequence[float] = (0.0, 0.0)
+) -> list[Wrench]:
+    """Return about which loads are solved: of a grid, known by its `axes` or found, the part that usually suffices."""
+    if axes is not None and set(axes) & set(TOUCH):
+        return list(dict.fromkeys(load_at(dict(zip(axes, point, strict=True)), place) for point in likely_part(axes)))
     axes = {name: sorted({float(getattr(load, name)) for load in loads}) for name in WRENCH}
     if np.prod([len(values) for values in axes.values()]) != len(set(loads)):
         return list(loads)
     return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
 
 
-def _between(part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symmetry) -> dict[Wrench, Settled]:
+def _between(
+    part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symmetry, loads: Sequence[Wrench]
+) -> dict[Wrench, Settled]:
     """Interpolate the rests of a grid's loads between the solved ones."""
-    loads, solved = loads_of(part.axes), [one.rest for one in settled.values() if one.rest]
+    solved = [one.rest for one in settled.values() if one.rest]
     count, slopes = min(len(rest.shared) for rest in solved), min(len(rest.slopes) for rest in solved)
 
     def on_grid(numbers: Callable[[Equilibrium], Sequence[Any]], **degree: int) -> Array:

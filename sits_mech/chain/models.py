@@ -26,6 +26,7 @@ from sits_mech.magnetics.models import MODELS as MAGNETIC
 from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.models import MODELS as MECHANICAL
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Omission
 from sits_mech.plugins import plugged
 from sits_mech.quantities import POSE, WRENCH, MagneticModel, MechanicalModel, Pose, Wrench
@@ -174,14 +175,14 @@ def choose_mechanics(
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
-    return chosen("mechanics", MECHANICS, sensor, Question(tolerance, tuple(loads)), name)
+    return chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
 
 
 def magnetic_question(
     sensor: Sensor, tolerance: float, given: Sequence[Wrench] | Sequence[Pose] = (), *, loaded: bool = False
 ) -> Question:
     """Return what the coils are asked: at poses that are given, or where loads bring the target."""
-    loads = tuple(each for each in given if isinstance(each, Wrench))
+    loads = on_target(sensor, [each for each in given if isinstance(each, Wrench)])
     moves = _moves(sensor, loads) if loaded else None
     return Question(tolerance, loads, _known_pose(given), moves=moves)
 
@@ -255,7 +256,7 @@ def mechanical_model(
     sensor = at_temperature(sensor)
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     choice = choose_mechanics(sensor, name, loads, checked_tolerance(tolerance))
-    return MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance), choice
+    return touched(MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance), sensor), choice
 
 
 def magnetic_model(

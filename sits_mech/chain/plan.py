@@ -24,6 +24,7 @@ from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
 from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
@@ -141,7 +142,7 @@ def counted_cost(
     """Return what one load, or the last on a path `via` others, takes by counts; None of other models and tables."""
     if choice is None or choice.name != "block" or not (via or len(loads) == 1):
         return None
-    return forecast_load(sensor, loads)
+    return forecast_load(sensor, on_target(sensor, loads))
 
 
 def planned_seconds(
@@ -255,7 +256,7 @@ def omissions(
     layer, field = chosen
     found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
     if layer is not None:
-        question = Question(loads=tuple(loads), closely=True)
+        question = Question(loads=on_target(sensor, loads), closely=True)
         found += MECHANICS[layer.name].leaves_out(sensor, question)
     if field is None:
         return tuple(found)
@@ -310,7 +311,7 @@ def _seen(
         goals.append(goal)
         return goal.mechanics(poses_of([found]))
 
-    seen = look(MECHANICS[choice.name](sensor, tolerance), loads[0], tolerance, measure)
+    seen = look(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0], tolerance, measure)
     if seen is None or not goals:
         return seen
     finer = MAGNETICS[coils[1]].share * tolerance / ROUGH

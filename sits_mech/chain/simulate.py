@@ -27,6 +27,7 @@ from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
+from sits_mech.mechanics.touch import check_untouched, on_target
 from sits_mech.notes import Omission, Relative
 from sits_mech.quantities import (
     WRENCH,
@@ -195,7 +196,7 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
     """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
     model = MECHANICS.get(name)
-    every = () if model is None else model.leaves_out(sensor, Question(loads=tuple(loads), closely=True))
+    every = () if model is None else model.leaves_out(sensor, Question(loads=on_target(sensor, loads), closely=True))
     return tuple(item for item in every if item.counts and item.size != 0.0)
 
 
@@ -310,6 +311,7 @@ def check_way(sensor: Sensor, loads: Sequence[Wrench]) -> None:
 
 def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
     """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
+    check_untouched(sensor, "loads on the way (via)")
     if not (depends_on_path(sensor) and isinstance(layer, PathModel)):
         raise SceneError(_NO_WAY)
     return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)

@@ -124,7 +124,8 @@ def explain(
 
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
     """
-    sensor, wrench = sensor_of(scene, overrides), load.wrench()
+    sensor = sensor_of(scene, overrides)
+    wrench = load.wrench(sensor)
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved

@@ -119,7 +119,7 @@ class Overrides:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Load:
-    """The load on the target; with a force along y or a moment about x or z the pad is solved whole, in space."""
+    """The load on the target, or of what touches it; with F_y, M_x or M_z the pad is solved whole, in space."""
 
     fx: Fx = "0 N"
     fy: Fy = "0 N"
@@ -128,10 +128,12 @@ class Load:
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
 
-    def wrench(self) -> Wrench:
-        """Return the load in SI."""
+    def wrench(self, sensor: Sensor | None = None) -> Wrench:
+        """Return the load in SI; where none was written, the force of a scene's touch."""
         from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
 
+        if self == Load() and sensor is not None and sensor.touch is not None and sensor.touch.force is not None:
+            return Wrench(F_z=sensor.touch.force)
         return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
 
 
@@ -160,6 +162,9 @@ class LoadGrid:
     mx: Mx = "0 N*m"
     moment: Moment = "0 N*m"
     mz: Mz = "0 N*m"
+    touch: Annotated[
+        str | None, Parameter(help="Places of the scene's touch, \"x=-2 mm:2 mm:5, y=0 mm\"; its own by default.")
+    ] = None
 
     def components(self, sensor: Sensor) -> dict[str, Any]:
         """Return the components in SI that are not zero, ranges as lists of values.
@@ -170,12 +175,15 @@ class LoadGrid:
         from sits_mech.scene.coils import usual_loads
 
         usual = usual_loads(sensor.coils)
+        if sensor.touch is not None and sensor.touch.friction == "none":
+            usual = {"F_z": usual["F_z"]}
         if self.fx is not None:
             usual.pop("F_y", None)
         ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}
         left = {name: text for name, text in ranges.items() if getattr(self, name) is None}
         found = _in_si(replace(self, **left), LOAD_ARGUMENTS, quantity_or_range)
-        return {name: values for name, values in found.items() if values != 0.0}
+        found = {name: values for name, values in found.items() if values != 0.0}
+        return found if self.touch is None else found | _written_places(self.touch)
 
     def borne(self, sensor: Sensor, components: Mapping[str, Any], mechanics: str) -> dict[str, Any]:
         """Return the components; where none was given, all of them smaller until the pad bears them."""
@@ -243,6 +251,17 @@ def _written_load(text: str) -> Wrench:
             raise SceneError(f"--via: must give {names[name]} once; got {text!r}")
         found[names[name]] = quantity(value, UNITS[names[name]], f"--via {name}")
     return Wrench(**found)
+
+
+def _written_places(text: str) -> dict[str, Any]:
+    """Return the places of ``--touch "x=-2 mm:2 mm:5, y=0 mm"`` by the names of a table's components [m]."""
+    found: dict[str, Any] = {}
+    for part in text.split(","):
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not (equals and value and name in ("x", "y")) or f"touch_{name}" in found:
+            raise SceneError(f'--touch: must be places such as "x=-2 mm:2 mm:5, y=0 mm", each once; got {text!r}')
+        found[f"touch_{name}"] = quantity_or_range(value, "m", f"--touch {name}")
+    return found
 
 
 def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def view(
     from sits_mech.report.pictures.request import PictureSettings, draw
 
     try:
-        draw(kind, sensor, PictureSettings(load.wrench(), pose, hertz, coil, show or "displacement"), path)
+        draw(kind, sensor, PictureSettings(load.wrench(sensor), pose, hertz, coil, show or "displacement"), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
     print_written([path], as_json)
@@ -151,7 +151,7 @@ def export(
     from sits_mech.quantities import SolveFailed
 
     try:
-        notes = form.write(Source(sensor, data, load.wrench()), path)
+        notes = form.write(Source(sensor, data, load.wrench(sensor)), path)
     except SolveFailed as error:
         return not_converged(error, as_json)
     print_written([path], as_json, notes)

@@ -155,6 +155,7 @@ def quality(
     samples: Annotated[int, Parameter(help="Sampled sensors for the deviations, a power of two.")] = 32,
     period: Annotated[Quantity | None, Parameter(help="Period of a load cycle, for the hysteresis.")] = None,
     components: Annotated[bool, Parameter(help="Which of the six forces and moments do the coils resolve?")] = False,
+    within: Annotated[Quantity | None, Parameter(help="Errors of forces for a touch this far away.")] = None,
     capacity: Annotated[bool, Parameter(help="How far can the corner loads grow, and what limits them?")] = False,
     case: Case = None, as_json: Json = False,
 ) -> int:
@@ -170,7 +171,7 @@ def quality(
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
     off, one = deviations.given(), si_of(noise, "H", "--noise")
-    seconds = si_of(period, "s", "--period")
+    seconds, distance = si_of(period, "s", "--period"), si_of(within, "m", "--within")
     sensor, data = read_calibration(folder, case)
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
@@ -179,6 +180,8 @@ def quality(
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.chain.derivatives.temperature import has_slopes
     from sits_mech.export.calibrations import quality as figures
+    from sits_mech.quantities import TOUCH
+    from sits_mech.readout.misplaced import misplaced
     from sits_mech.report.tables import quality as tables
     from sits_mech.report.tables.drift import drift_table
 
@@ -191,6 +194,9 @@ def quality(
     record |= {"limits": tables.limits_record(_limits(sensor, data, capacity))}
     if has_slopes(data):
         record |= _drift(sensor, data, cal)
+    if distance is not None:
+        place = dict(zip(TOUCH, sensor.touched_point, strict=True))
+        record |= {"misplaced": {"within": distance, "error": misplaced(cal, place, distance)}}
     if components:
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []

@@ -53,7 +53,7 @@ def pose(
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
     sensor, via = sensor_of(scene, overrides, temperature), way.loads()
-    loads = [*via, load.wrench()]
+    loads = [*via, load.wrench(sensor)]
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
@@ -139,8 +139,8 @@ def simulate(
 
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
-    (sensor, *others), wrench = sensors_of(scene, overrides, temperature), load.wrench()
-    via = way.loads()
+    sensor, *others = sensors_of(scene, overrides, temperature)
+    wrench, via = load.wrench(sensor), way.loads()
     check_request(sensor, vars(wrench), **asdict(models))
     if history is not None:
         if load != Load() or via or others or not best or picture is not None:

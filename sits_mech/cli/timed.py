@@ -75,7 +75,7 @@ def cycle(
     output = output and checked_file(output)
     drawn = None if picture is None else checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
-    check_request(sensor, vars(load.wrench()), **asdict(models))
+    check_request(sensor, vars(load.wrench(sensor)), **asdict(models))
 
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.analysis.histories.full_cycle import full_cycle
@@ -85,7 +85,7 @@ def cycle(
     from sits_mech.store import save_table
 
     try:
-        asked = sensor, load.wrench(), triangle(seconds, cycles)
+        asked = sensor, load.wrench(sensor), triangle(seconds, cycles)
         data, beside = load_cycle(*asked, **asdict(models)), None
         if full:
             with progress_bar("full cycle [%]") as progress:

@@ -22,7 +22,7 @@ from sits_mech.analysis.bench import Readings, code_calibration, readings
 from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
-from sits_mech.quantities import Array, Integers, shown_unit
+from sits_mech.quantities import TOUCH, Array, Integers, shown_unit
 from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.converter import converter
@@ -34,7 +34,7 @@ from sits_mech.scene.sensor import SceneError
 from sits_mech.version import __version__
 
 _EVALUATIONS, _MORE = 30, 100  # of the map from a starting point; of more coils than forces, as in Python
-_FORCE, _MOMENT = (1e6, "uN"), (1e9, "nN m")  # the header's units
+_FORCE, _MOMENT, _PLACE = (1e6, "uN"), (1e9, "nN m"), (1e9, "nm")  # the header's units
 _GAIN_BITS, _FACTOR_BITS = 30, 20  # fractional bits of a unit's numbers
 
 
@@ -80,7 +80,9 @@ def _in_words(cal: Calibration, codes: float) -> str:
 
 
 def _unit(name: str) -> tuple[float, str]:
-    """Return how many of the header's units are one newton or newton metre, and what they are."""
+    """Return how many of the header's units are one newton, newton metre or metre, and what they are."""
+    if name in TOUCH:
+        return _PLACE
     return _FORCE if name.startswith("F") else _MOMENT
 
 
@@ -109,7 +111,8 @@ def header(source: Source, found: FixedPoint) -> str:
     many = np.array(counts)
     low, high = (np.rint(many * values).astype(np.int64) for values in (cal.low, cal.high))
     if max(np.abs(low).max(), np.abs(high).max()) > 2**31 / (1.0 + MARGIN):
-        raise SceneError(f"--to c: must have forces below 2147 N and moments below 2.1 N m; got {_ranges(cal)}")
+        most = "forces below 2147 N, moments below 2.1 N m, places within 2.1 m"
+        raise SceneError(f"--to c: must have {most}; got {_ranges(cal)}")
     worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
     within = many * budget(cal, 0.5 * (cal.low + cal.high)).total
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)

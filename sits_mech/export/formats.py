@@ -14,6 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sits_mech.quantities import TOUCH
 from sits_mech.report.folder import checked_file
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -47,11 +48,17 @@ class Format:
     at_load: bool = True
 
 
-def _own(suffix: str, name: str, *, inverts: bool = False, at_load: bool = False, **options: Any) -> Format:
-    """Return a format whose function is of this room, and imported when it is needed."""
+def _own(
+    suffix: str, name: str, *, inverts: bool = False, at_load: bool = False, places: bool = True, **options: Any
+) -> Format:
+    """Return a format whose function is of this room, and imported when it is needed; `places` of a touch it may take.
+    """
 
     def write(source: Source, path: Path) -> tuple[str, ...]:
         """Write by it."""
+        over = [each for each in TOUCH if each in source.data.coords]
+        if over and not places:
+            raise SceneError(f"--to: must be csv, netcdf, xlsx, c, vtu, pdf or svg of a table over {', '.join(over)}")
         module, _, function = name.rpartition(".")
         notes: tuple[str, ...] = getattr(import_module(f"{__package__}.{module}"), function)(source, path, **options)
         return notes
@@ -63,11 +70,11 @@ CSV = _own(".csv", "tables.write_csv")
 NETCDF = _own(".nc", "tables.write_netcdf")
 XLSX = _own(".xlsx", "tables.write_xlsx")
 C = _own(".h", "firmware.write_header", inverts=True)
-SPICE = _own(".cir", "spice.write_spice", at_load=True)
+SPICE = _own(".cir", "spice.write_spice", at_load=True, places=False)
 KICAD = _own(".kicad_mod", "kicad.write_kicad")
 VTU = _own("_vtu", "vtu.write_vtu")
-TWIN = _own("_twin", "twin.folder.write_twin", inverts=True)
-PAGE = _own(".html", "page.html.write_page", inverts=True)
+TWIN = _own("_twin", "twin.folder.write_twin", inverts=True, places=False)
+PAGE = _own(".html", "page.html.write_page", inverts=True, places=False)
 PDF = _own("_pdf", "pictures.write_pictures", form="pdf")
 SVG = _own("_svg", "pictures.write_pictures", form="svg")
 

@@ -26,7 +26,8 @@ from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.mechanics.block import BlockPad, block_pad
 from sits_mech.mechanics.layer import PlanarLayer, axisymmetric_pad, deformed_mesh, planar_layer
 from sits_mech.mechanics.pad.section import layer_parts
-from sits_mech.quantities import Array, Equilibrium, Pose, SolveFailed, Wrench
+from sits_mech.mechanics.touch import touched
+from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.readout.loads import load_words, points, varied, wrench_of
 from sits_mech.report.pictures.cuts import coil_cut, target_cut, target_points
 from sits_mech.report.pictures.pad import deformed_pad
@@ -65,7 +66,7 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     shown = name in _MODELS
     notes = [] if shown else [f"the layer is shown at finite strain in plane strain; the calibration is by {name!r}"]
     steps: list[tuple[str, str]] = []
-    for wrench, found in _loaded(source, model):
+    for wrench, found in _loaded(source, touched(model, source.sensor)):
         if isinstance(found, SolveFailed):
             notes.append(f"{_words(wrench)}: not shown: {found}")
             continue
@@ -76,7 +77,7 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _loaded(source: Source, model: PlanarLayer | BlockPad) -> Iterator[tuple[Wrench, Equilibrium | SolveFailed]]:
+def _loaded(source: Source, model: MechanicalModel) -> Iterator[tuple[Wrench, Equilibrium | SolveFailed]]:
     """Give every converged load of the table with its equilibrium, normal forces rising, or why there is none."""
     data = source.data
     rows = [name for name in varied(data) if name != "F_z"]

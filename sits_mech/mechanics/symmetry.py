@@ -97,8 +97,10 @@ class Symmetry:
 
 
 def symmetry_of(sensor: Sensor) -> Symmetry:
-    """Return the symmetry of pad and target; none is known of a user's mesh or an outline."""
+    """Return the symmetry of pad and target; none is known of a user's mesh, an outline or a touch off the middle."""
     target, elastomer = sensor.target, sensor.elastomer
+    if sensor.touch is not None and sensor.touch.place != (0.0, 0.0):
+        return Symmetry()
     if target is None or target.loops or (elastomer is not None and elastomer.mesh is not None):
         return Symmetry()
     parts = [(target.extent, target.is_round)]
@@ -119,8 +121,13 @@ def turned(found: Equilibrium, matrix: Array, wrench: Wrench) -> Equilibrium:
     shared = np.array([image_of(matrix, part) for part in found.shared]).reshape(-1, len(POSE))
     return replace(
         found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), finer=(), shared=shared,
-        slopes=found.slopes @ matrix.T,
+        slopes=found.slopes @ matrix.T, acting=_image(matrix, found.acting),
     )
+
+
+def _image(matrix: Array, wrench: Wrench | None) -> Wrench | None:
+    """Return the image of a wrench, if there is one."""
+    return None if wrench is None else Wrench(*image_of(matrix, wrench.components).tolist())
 
 
 def symmetrised(found: Equilibrium, symmetry: Symmetry, *loads: Wrench) -> Equilibrium:

@@ -1,7 +1,8 @@
 """Find the loads of a table: components of a wrench that vary, those that are the same throughout, slices of both.
 
 A component that varies is a dimension of the table; one that is the same for all loads, and not zero, is a coordinate
-without dimension; what is neither is zero.
+without dimension; what is neither is zero. Where a touch has several places, these are components like others,
+"touch_x" and "touch_y" [m].
 """
 
 from __future__ import annotations
@@ -12,11 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.quantities import WRENCH, Wrench, shown_unit
+from sits_mech.quantities import TOUCH, WRENCH, Wrench, load_at, shown_unit
 from sits_mech.status import ANSWERED
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+LOADS = (*WRENCH, *TOUCH)
+"""Names of what a table's loads may vary in."""
 
 
 def request_of(data: xr.Dataset) -> dict[str, Any]:
@@ -25,18 +30,18 @@ def request_of(data: xr.Dataset) -> dict[str, Any]:
 
 
 def varied(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the components that a table varies, in the order of `WRENCH`."""
-    return tuple(name for name in WRENCH if name in data.dims)
+    """Return the components that a table varies, in the order of `LOADS`."""
+    return tuple(name for name in LOADS if name in data.dims)
 
 
 def several(data: xr.Dataset) -> tuple[str, ...]:
-    """Return the components that a table has more than one value of, in the order of `WRENCH`."""
+    """Return the components that a table has more than one value of, in the order of `LOADS`."""
     return tuple(name for name in varied(data) if data.sizes[name] > 1)
 
 
 def fixed(data: xr.Dataset) -> dict[str, float]:
     """Return the components that a table names as the same for all its loads [N, N m]; the others of them are zero."""
-    return {name: float(data[name]) for name in WRENCH if name in data.coords and name not in data.dims}
+    return {name: float(data[name]) for name in LOADS if name in data.coords and name not in data.dims}
 
 
 def ends_of(data: xr.Dataset, names: Iterable[str]) -> dict[str, tuple[float, float]]:
@@ -68,8 +73,9 @@ def point(data: xr.Dataset, number: int) -> xr.Dataset:
 
 
 def wrench_of(row: xr.Dataset) -> Wrench:
-    """Return the load of a point of a table."""
-    return Wrench(**{name: float(row[name]) for name in WRENCH if name in row.coords})
+    """Return the load of a point of a table, about the touched point of its scene."""
+    values = {name: float(row[name]) for name in LOADS if name in row.coords}
+    return load_at(values, row.attrs.get("touch", (0.0, 0.0)))
 
 
 def check_enough(coils: Sequence[object], forces: Sequence[str]) -> None:

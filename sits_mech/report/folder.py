@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.batch.tables import SWEPT, case_calibration
-from sits_mech.quantities import WRENCH
-from sits_mech.readout.loads import answered, point
+from sits_mech.readout.loads import LOADS, answered, point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE, glance, read_table
@@ -103,7 +102,7 @@ def check_table(data: xr.Dataset, name: str, *more: str) -> None:
     if words:
         raise SceneError(f"{name}: must hold numbers in {words[0]}; got words")
     loads = data["status"].dims
-    if not loads or not set(loads) <= set(WRENCH):
+    if not loads or not set(loads) <= set(LOADS):
         raise SceneError(f"{name}: must be the table of a calibration, over components of a load; got {loads}")
     _check_version(data.attrs, name)
     if not answered(data).any():
@@ -126,7 +125,7 @@ def look_at(folder: Path) -> tuple[Sensor, tuple[str, ...]]:
     attributes = _checked(folder, None)
     _check_attributes(attributes, str(folder / "result.nc"))
     asked = json.loads(attributes.get("request", "{}"))
-    return load_sensor(folder / "scene.toml"), tuple(name for name in WRENCH if np.size(asked.get(name, 0.0)) > 1)
+    return load_sensor(folder / "scene.toml"), tuple(name for name in LOADS if np.size(asked.get(name, 0.0)) > 1)
 
 
 def is_sweep(folder: Path) -> bool:

@@ -52,11 +52,12 @@ def status_record(flags: Sequence[str]) -> Record:
 
 
 def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission], half: str | None = None) -> Record:
-    """Return where the target rests under a load: pose, its error, wrench, report."""
+    """Return where the target rests under a load: pose, its error, wrench, report; of a touch what it is, too."""
     return {
         "pose": asdict(found.pose),
         "error": asdict(found.error),
         "wrench": asdict(found.wrench),
+        **({} if found.acting is None else {"acting": asdict(found.acting)}),
         "report": report_record(found.report, left_out, half=half),
     }
 

@@ -66,6 +66,7 @@ Share = Annotated[float, within("", 0.0, 2.0, 'a share from 0 to 2, such as "5 %
 Turn = Annotated[float, within("rad", 0.0, 0.5, 'zero or an angle up to 0.5 rad, such as "1 deg"')]
 Angle = Annotated[float, within("rad", -3.15, 3.15, 'an angle up to half a turn either way, such as "30 deg"')]
 Farads = Annotated[float, within("F", 0.0, 1.0, 'zero or a capacitance up to 1 F, such as "3 pF"')]
+PressingForce = Annotated[float, within("N", 1e-9, 1e6, 'a force that presses, up to 1 MN, such as "2 N"')]
 Friction = Annotated[float, within("", 0.0, 10.0, "zero or a coefficient of friction up to 10")]
 Count = Annotated[int, whole(1, 1000)]
 Name = Annotated[str, Reads(_name, {"type": "string", "minLength": 1, "maxLength": 200})]

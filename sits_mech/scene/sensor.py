@@ -27,22 +27,24 @@ from sits_mech.scene.elastomer import Elastomer, Layer
 from sits_mech.scene.files import overridden, read_toml, write_text, written
 from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
+from sits_mech.scene.touch import Touch, check_touch
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__
 
 __all__ = [
     "Coil", "Conductor", "Cover", "Elastomer", "Metal", "Readout", "SceneError", "Sensor", "Silicone", "Target",
-    "Tolerances", "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text",
+    "Tolerances", "Touch", "catalogue", "changed", "load_sensor", "quantity", "save_sensor", "scene_hash", "scene_text",
     "sensor_from",
 ]
 
 REFERENCE = 293.15
 """Temperature that the numbers of a scene hold at, 20 degC [K]."""
-_UNSAID = {  # keys of each part that are left out where they have their defaults
+_UNSAID: Mapping[str, Mapping[str, Any]] = {  # keys of each part that are left out where they have their defaults
     "elastomer": {"weld": False, "free_stretch": 1.0},
     "cover": {"free_stretch": 1.0},
     "readout": {"capacitance_coefficient": 0.0, "clock_coefficient": 0.0},
+    "touch": {"x": 0.0, "y": 0.0, "friction": "none"},
 }
 _PARTS: Mapping[str, type[BaseModel]] = {
     "coils": Coil,
@@ -52,6 +54,7 @@ _PARTS: Mapping[str, type[BaseModel]] = {
     "conductors": Conductor,
     "readout": Readout,
     "tolerances": Tolerances,
+    "touch": Touch,
 }
 
 
@@ -82,6 +85,8 @@ class Sensor(BaseModel):
         What a built sensor may be off by, for `sits-mech adapt`.
     substrate_radius : float or None
         Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
+    touch : Touch or None
+        What presses on the target, and where; by default forces act in the middle of its top face.
 
     Examples
     --------
@@ -102,11 +107,17 @@ class Sensor(BaseModel):
     substrate_radius: Length | None = None
     temperature: Temperature = REFERENCE
     tolerances: Tolerances | None = None
+    touch: Touch | None = None
 
     @property
     def coil_names(self) -> list[str]:
         """The names of the coils in their order."""
         return [coil.name for coil in self.coils]
+
+    @property
+    def touched_point(self) -> tuple[float, float]:
+        """Where forces act on the target's top face at rest [m]."""
+        return (0.0, 0.0) if self.touch is None else self.touch.place
 
     @model_validator(mode="before")
     @classmethod
@@ -137,6 +148,8 @@ class Sensor(BaseModel):
         if self.cover is not None:
             check_cover(self.cover, self.target, self.elastomer)
         check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius, self.cover)
+        if self.touch is not None:
+            check_touch(self.touch, self.target, covered=self.cover is not None)
         return self
 
 
@@ -334,7 +347,7 @@ def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
     for each in (own, other):
         for made in (pad := each.get("elastomer", {}), *pad.get("layers", ()), each.get("cover", {})):
             made.pop("material", None)
-    for part in ("frequency", "coils", "target", "elastomer", "cover", "conductors"):
+    for part in ("frequency", "coils", "target", "elastomer", "cover", "conductors", "touch"):
         if own.get(part) != other.get(part):
             name = attributes.get("name", "another")
             raise SceneError(f"table: must be of {sensor.name}; its {part} differs: it is of {name}")

@@ -19,6 +19,7 @@ from sits_mech.scene.elastomer import NOT_BESIDE, Elastomer, Layer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.touch import Touch
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import material_table
 
@@ -33,7 +34,7 @@ _LAYER = {"box": ("width", "length"), "cylinder": ("diameter",), "pillars": ("pi
 def scene_schema() -> Schema:
     """Return the schema of a scene file."""
     schema = Sensor.model_json_schema()
-    parts = {kind.__name__: kind for kind in (Coil, Conductor, Cover, Elastomer, Layer, Readout, Target)}
+    parts = {kind.__name__: kind for kind in (Coil, Conductor, Cover, Elastomer, Layer, Readout, Target, Touch)}
     found = {name: with_descriptions(schema["$defs"][name], kind) for name, kind in parts.items()}
     found["Coil"] |= {"required": ["name", "track_width", "track_thickness"], "allOf": _coil_shapes()}
     for name in ("Target", "Conductor"):

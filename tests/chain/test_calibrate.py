@@ -21,10 +21,12 @@ from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.description import Description, Rung
+from sits_mech.mechanics import touch
 from sits_mech.mechanics.loads import Settled
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative, packed, unpacked, unpacked_omissions
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
+from sits_mech.readout.loads import wrench_of
 from sits_mech.report.tables.loads import figures
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.store import read_table, save_table
@@ -302,3 +304,49 @@ def test_a_table_keeps_what_its_models_leave_out(sensor: Sensor, monkeypatch: py
 def test_what_was_planned_is_told_where_it_was() -> None:
     assert _promised(AimedLoads({}, Linear(), 1e-2)) == {}
     assert _promised(AimedLoads({}, Linear(), 1e-2, Look(0.03, 4.0), 0.02)) == {"planned": [4.0, 0.03], "reached": 0.02}
+
+
+TOUCHED = 'touch={shape="sphere", radius="3 mm", x="0.5 mm"}'
+PLANE: dict[str, Any] = {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+
+
+def test_a_table_over_places_holds_what_single_touches_show() -> None:
+    """Each load of the table is that of the scene with the touch there; nothing depends on the scene's own place."""
+    sensor, F_z, places = load_sensor("biorob2018-w15", [TOUCHED]), [0.2, 0.5], [-1e-3, 0.0, 2e-3]
+    data = calibrate(sensor, F_z=F_z, touch_x=places, **PLANE)
+    assert dict(data["status"].sizes) == {"F_x": 1, "F_z": 2, "touch_x": 3}
+    for force, place in itertools.product(F_z, places):
+        row = data.sel(F_x=0.0, F_z=force, touch_x=place)
+        there = load_sensor("biorob2018-w15", [TOUCHED, f"touch.x={place}"])
+        layer, _ = mechanical_model(there, "linear", 0.1)
+        single = layer.equilibrium(Wrench(F_z=force)).pose
+        assert [float(row[name]) for name in POSE[:3]] == pytest.approx(
+            [single.d_h, single.d_v, single.alpha], abs=2.0 * float(row["error_d_h"]) + 1e-12
+        )
+        load = wrench_of(row)
+        assert load.F_z == force and load.M == pytest.approx((place - 0.5e-3) * force)
+
+
+def test_mirrored_places_of_a_touch_in_the_middle_are_images(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of five places three are solved."""
+    sensor, solved = load_sensor("biorob2018-w15", ['touch={shape="sphere", radius="3 mm"}']), []
+    own = touch._followed
+    monkeypatch.setattr(touch, "_followed", lambda *asked: solved.append(asked[2]) or own(*asked))
+    data = calibrate(sensor, F_z=[0.5], touch_x=[-2e-3, -1e-3, 0.0, 1e-3, 2e-3], **PLANE)
+    assert len(set(solved)) == 3
+    alpha = data["alpha"].to_numpy().ravel()
+    assert np.array_equal(alpha, -alpha[::-1]) and alpha[-1] > 0.0
+
+
+@pytest.mark.parametrize(("scene", "asked", "words"), [
+    ((), {"touch_x": [0.0, 1e-3]}, "touch: must be a table of the scene for touch_x; it is missing"),
+    ((TOUCHED,), {"touch_x": [0.0, 8e-3]}, "touch: must lie on the target, .* at x = 8 mm"),
+    ((TOUCHED,), {"touch_x": [0.0], "M": 1e-3}, "M: must be left out with a touch's places"),
+    ((TOUCHED,), {"F_x": [0.0, 0.1]}, 'touch.friction: must be "sticking" for shear'),
+    ((TOUCHED, 'touch.friction="sticking"'), {"F_z": [0.0, 1.0], "F_x": 0.1, "touch_x": [0.0]}, "F_z: must not be 0"),
+    ((TOUCHED,), {"drift": True}, "touch: must be left out of the scene for drift"),
+])
+def test_places_that_a_touch_cannot_have_are_refused(scene: tuple[str, ...], asked: Any, words: str) -> None:
+    """In one line, with key and numbers."""
+    with pytest.raises(SceneError, match=words):
+        calibrate(load_sensor("biorob2018-w15", scene), **{"F_z": [0.5], **asked}, **PLANE)

@@ -777,3 +777,28 @@ def test_over_temperature(capsys: Capture, tmp_path: Path) -> None:
 )
 def test_temperatures_that_cannot_be_are_refused(capsys: Capture, text: str, said: str) -> None:
     assert said in refused(capsys, "simulate", "biorob2018", "--temperature", text)
+
+
+SPHERE = 'touch={shape="sphere", radius="5 mm", x="1 mm", force="0.1 N"}'
+
+
+def test_a_touch_presses_by_its_own_force_where_no_load_is_named(capsys: Capture) -> None:
+    """And by the command's where one is; what it is about the middle of the target stands beside the load."""
+    asked = ("pose", "biorob2018-w15", "--set", SPHERE, "--model", "linear", "--tolerance", "0.1")
+    own, named = answer(capsys, *asked), answer(capsys, *asked, "--fz", "0.2 N")
+    assert (own["wrench"]["F_z"], named["wrench"]["F_z"]) == (0.1, 0.2)  # type: ignore[index]
+    assert own["acting"]["M"] == pytest.approx(0.1e-3, rel=0.02)  # type: ignore[index]
+    assert own["acting"]["F_x"] < 0.0 < own["pose"]["alpha"]  # type: ignore[index]
+
+
+@pytest.mark.parametrize(("places", "words"), [
+    ("z=1 mm", '--touch: must be places such as "x=-2 mm:2 mm:5, y=0 mm", each once; got'),
+    ("x=1 mm, x=2 mm", "--touch: must be places such as"),
+    ("x=1 N", "--touch x: must be"),
+    ("x=-8 mm:8 mm:3", "touch: must lie on the target, a rectangle 15 mm x 8 mm"),
+])
+def test_places_of_a_touch_on_the_command_line(capsys: Capture, tmp_path: Path, places: str, words: str) -> None:
+    """Others are refused in one line."""
+    asked = ["calibrate", "biorob2018-w15", "--set", SPHERE, "--fz", "0.1 N", "--touch", places, "-o", str(tmp_path)]
+    assert run(asked) == 2
+    assert words in capsys.readouterr().err

@@ -38,6 +38,7 @@ from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.mechanics.touch import check_untouched
 from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
 from sits_mech.quantities import POSE, WRENCH, Array, Bounded, Mask, MechanicalModel, Pose, Wrench, kept_report
 from sits_mech.readout.signals import told
@@ -212,6 +213,8 @@ def taken_layer(
 
     Raises SceneError for a named model without memory at every point, where `points` asks for it.
     """
+    if points:
+        check_untouched(sensor, "every point of the pad over time")
     found = mechanical_model(sensor, mechanics, tolerance, history.loads)
     softens = any(each.mullins is not None for each in silicones_of(sensor))
     if isinstance(found[0], TimedModel) or not (points or softens):

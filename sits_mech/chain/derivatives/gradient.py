@@ -31,6 +31,7 @@ from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
+from sits_mech.mechanics.touch import check_untouched
 from sits_mech.quantities import (
     POSE,
     WRENCH,
@@ -116,6 +117,7 @@ def sloped_model(
     sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]
 ) -> tuple[SlopedModel, Choice]:
     """Return the mechanical model for some loads and its choice; raise SceneError for one without derivatives."""
+    check_untouched(sensor, "derivatives")
     layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar, axisymmetric or linear for a gradient; got {choice.name}")

@@ -16,6 +16,7 @@ from sits_mech.analysis.histories.scan import windows
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
+from sits_mech.mechanics.touch import check_untouched
 from sits_mech.quantities import Array, SolveFailed, Wrench, tensor_grid
 from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import OK, Calibration, check_resolved
@@ -153,6 +154,7 @@ def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, not
 def _pad(source: Source, notes: list[str]) -> dict[str, Any]:
     """Return compliance, pose at rest, relaxation and softening of the pad."""
     sensor, request = source.sensor, source.request
+    check_untouched(sensor, "a twin, whose pad answers wrenches")
     model, _ = mechanical_model(sensor, request["mechanics"], request["tolerance"])
     compliance, rest = np.full((6, 6), np.nan), np.full(6, np.nan)
     try:

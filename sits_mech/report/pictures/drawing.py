@@ -19,6 +19,7 @@ from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
+from sits_mech.report.pictures.indenter import draw_from_above, draw_from_the_side, height_shown
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.scene.outlines import circle, inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Cover, Elastomer, Sensor, Target
@@ -93,6 +94,7 @@ def _drawing(sensor: Sensor) -> Drawing:
     if sensor.substrate_radius is not None:
         tracks.append(float(np.min(_tracks(sensor, plane)[0][..., 1], initial=0.0)))
     heights = [*tracks, *(z for plate in plates for z in (plate.bottom, plate.top))]
+    heights.append(np.nanmax(heights) + (0.0 if sensor.touch is None else height_shown(sensor.touch)))
     low, high = np.r_[corners.min(axis=0), np.nanmin(heights)], np.r_[corners.max(axis=0), np.nanmax(heights)]
     return Drawing(sensor, tuple(plates), plane, low, high, float(np.max(high - low)))
 
@@ -207,6 +209,8 @@ def _draw_plan(axes: Axes, it: Drawing, rows: list[list[list[Span]]]) -> None:
         for k, spans in enumerate(kinds):
             for span in spans:
                 _dimension(axes, it, span, axis, it.low[1 - axis] - (k + 0.8) * _ROW * it.size)
+    if it.sensor.touch is not None:
+        draw_from_above(axes, it.sensor.touch)
     y, out = MM * it.plane.offset, 0.03 * it.size
     axes.plot([it.low[0] - out, it.high[0] + out], [y, y], color="0.2", linewidth=0.6, dashes=(12, 3, 2, 3))
     axes.annotate("A", (it.high[0] + 1.4 * out, y), va="center", fontsize=8, weight="bold")
@@ -247,6 +251,10 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
             add_polygons(axes, corners, facecolors=plate.shade, edgecolors="0.3", linewidth=0.3)
             for z in _interfaces(it.sensor.elastomer) if plate.name == "pad" else ():
                 axes.hlines(np.full(len(pieces), z), *pieces.T, color="0.3", linewidth=0.5)
+    touch, tops = it.sensor.touch, [plate.top for plate in it.plates if plate.name == "target"]
+    if touch is not None and np.isfinite(tops).all():
+        place = np.array([*touch.place, *(top / MM for top in tops)])
+        draw_from_the_side(axes, touch, place, np.array([0.0, 0.0, 1.0]), it.plane)
     corners, sign = _tracks(it.sensor, it.plane)
     add_polygons(axes, corners, facecolors=np.where(sign > 0.0, *TRACKS).tolist(), linewidth=0)
     axes.plot([it.low[0], it.high[0]], [0.0, 0.0], color="0.5", linewidth=0.3, zorder=0.5)
@@ -315,6 +323,9 @@ def _list_of_parts(it: Drawing) -> list[str]:
         part = materials.get(plate.name)
         made = part.words if isinstance(part, Elastomer | Cover) else "" if part is None else part.material
         lines.append(f"{plate.name}: {plate.sizes}{f', {made}' if made else ''}")
+    if it.sensor.touch is not None:
+        x, y = (f"{MM * place:.4g}" for place in it.sensor.touch.place)
+        lines.append(f"touch, dashed: {it.sensor.touch.words}, at x = {x}, y = {y}")
     lines.append("tracks in the section: current along +y orange, along -y blue")
     radius = it.sensor.substrate_radius
     return lines + (

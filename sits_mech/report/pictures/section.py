@@ -11,6 +11,7 @@ from sits_mech.magnetics.field import planar_fem
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.layer import PlanarLayer, deformed_mesh
+from sits_mech.mechanics.touch import bare, contact_point, on_target
 from sits_mech.quantities import WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench, shown_unit
 from sits_mech.report.pictures.cuts import Plane, coil_cut, conductor_cut, names_cut, target_cut
 from sits_mech.report.pictures.fields import (
@@ -25,6 +26,7 @@ from sits_mech.report.pictures.fields import (
     potential_height,
     written_frequency,
 )
+from sits_mech.report.pictures.indenter import draw_from_the_side, height_shown
 from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar, new_figure
 from sits_mech.scene.sensor import SceneError, Sensor
@@ -64,6 +66,9 @@ def layer_view(
         for corners, shade in plates:
             add_polygons(axes, MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
+        if sensor.touch is not None:
+            draw_from_the_side(axes, sensor.touch, *contact_point(sensor, equilibrium.wrench, equilibrium.pose), plane)
+            axes.set_ylim(top=axes.get_ylim()[1] + height_shown(sensor.touch))
         missed = names_cut(sensor, plane)[1]
         beside = f"; beside it: {', '.join(missed)}" if missed else ""
         axes.annotate(
@@ -134,14 +139,15 @@ def load_view(
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
-    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if wrench.out_of_plane else ())
+    (acting,) = on_target(sensor, [wrench])
+    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if acting.out_of_plane else ())
     equilibrium = model.equilibrium(wrench) if known is None else known
-    if wrench.out_of_plane and equilibrium.state.size == 0:
+    if acting.out_of_plane and equilibrium.state.size == 0:
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
-        names = ", ".join(wrench.out_of_plane)
+        names = ", ".join(acting.out_of_plane)
         raise SceneError(f"picture of the layer: {needed}; got {names} too: ask for --kind spatial")
-    angle = load_angle(wrench)
-    return layer_view(sensor, equilibrium, _deformed(model, equilibrium, angle), angle, show)
+    angle = load_angle(acting)
+    return layer_view(sensor, equilibrium, _deformed(bare(model), equilibrium, angle), angle, show)
 
 
 def load_angle(wrench: Wrench) -> float:

@@ -33,7 +33,7 @@ from sits_mech.units import millimetres
 
 KINDS = {
     "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
-    "M_x": "moment about x", "M_z": "moment about z",
+    "M_x": "moment about x", "M_z": "moment about z", "touch_x": "touch along x", "touch_y": "touch along y",
 }
 """What each component of a load is."""
 Figure = tuple[str, float, float, str]

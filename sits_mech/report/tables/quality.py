@@ -273,6 +273,9 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
     if "components" not in record:
         names = ", ".join(seen["resolved"]) or "no force on its own"
         rows.append(("resolved", f"{names}; for all six components: quality --components"))
+    if "misplaced" in record:
+        far, errors = record["misplaced"]["within"], load_words(record["misplaced"]["error"])
+        rows.append(("touch elsewhere", f"by up to {1e3 * far:.4g} mm: up to {errors} off"))
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
     if "components" in record:

@@ -120,8 +120,9 @@ def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[s
     for name in names:
         scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
-    load = {name: getattr(found.wrench, name) for name in WRENCH[:3] + found.wrench.out_of_plane}
-    lines.append(("load", load_words(load)))
+    for name, wrench in (("load", found.wrench), ("on the target", found.acting)):
+        if wrench is not None:
+            lines.append((name, load_words({part: getattr(wrench, part) for part in WRENCH[:3] + wrench.out_of_plane})))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 
