@@ -105,7 +105,7 @@ def check_touch(touch: Touch, target: Target | None, *, covered: bool) -> None:
     if target is None:
         raise SceneError("touch: must come with a target that it presses on; target is missing")
     if covered:
-        raise SceneError("touch: must press on a bare target, contact with a cover is not solved; got a scene with cover")
+        raise SceneError("touch: must press on a bare target, contact with a cover is not solved; got a cover")
     if target.load_height != target.thickness:
         height = mm(target.load_height)
         raise SceneError(f"target.load_height must be left out with touch, which presses on the top face; got {height}")

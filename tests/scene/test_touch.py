@@ -61,5 +61,5 @@ def test_holes_and_rims_of_round_targets_count():
 def test_what_presses_on_a_cover_is_refused():
     """Its contact is not solved."""
     cover = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}'
-    with pytest.raises(SceneError, match="touch: must press on a bare target, .* got a scene with cover"):
+    with pytest.raises(SceneError, match="touch: must press on a bare target, .* got a cover"):
         scene('shape="sphere", radius="1 mm"', cover)
