@@ -22,7 +22,7 @@ from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.delivered import known_by
 from sits_mech.analysis.built.fit import EndReached
 from sits_mech.analysis.built.grown import grown
-from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
+from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake, refuse_unlikely
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import Measured, Tank, read_measured
@@ -136,6 +136,8 @@ def adapted_as_read(
     """
     for left in (2, 1, 0):
         own = read_with(prior, measured.coded, free).read_by(idle)
+        measured.check()
+        refuse_unlikely(own, measured, noises["load_noise"])
         try:
             found = as_read(
                 own.sensor, own.data, measured.source, partial(_read_by, own, measured, noises),
