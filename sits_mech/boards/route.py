@@ -20,6 +20,7 @@ from sits_mech.boards.lines import flattened, length_of, spaced, thinned
 from sits_mech.boards.pieces import Copper, parts
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
 _LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
@@ -59,7 +60,7 @@ def route(copper: Copper, chord_error: float) -> Route:
         raise SceneError(f"{where}: must have tracks, or copper drawn to its pads; got none")
     for track in copper.tracks:
         if not track.width > 0.0:
-            raise SceneError(f"{where}: the track at {place(track.points[0])} must have a width; got {track.width:g} m")
+            raise SceneError(f"{where}: the track at {place(track.points[0])} must have a width; got {mm(track.width)}")
         flattened(track, chord_error, where)
     piece, chain, left_out = _path(copper)
     lines = [flattened(piece.tracks[k], chord_error, where)[:: 1 if e == 0 else -1] for k, e in chain]

@@ -40,6 +40,7 @@ from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveRep
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
+from sits_mech.units import millimetres as mm
 
 _KIND = Kind("planar-fem", "H/m", plane=True)
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
@@ -230,5 +231,5 @@ def _check_coils(coils: tuple[Track, ...], ground: float | None) -> None:
         reach = float(np.abs(coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]).max())
         if ground is not None and reach >= ground:
             raise ValueError(
-                f"target.planar_boundary_radius: must enclose the coils (reach {reach:.4g} m), got {ground:.4g} m"
+                f"target.planar_boundary_radius: must enclose the coils (reach {mm(reach)}), got {mm(ground)}"
             )

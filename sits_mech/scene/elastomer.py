@@ -139,11 +139,11 @@ class Elastomer(BaseModel):
         """Refuse sizes of another shape, pillars that overlap, a film thicker than the pad, no mesh to weld."""
         check_sizes(self, _SIZES[self.kind], "pillars" if self.kind == "pillars" else f"a {self.kind}")
         if self.pitch is not None and self.diameter is not None and not self.pitch > self.diameter:
-            raise SceneError(f"pitch must be larger than diameter ({self.diameter:g} m); got {self.pitch:g} m")
+            raise SceneError(f"pitch must be larger than diameter ({mm(self.diameter)}); got {mm(self.pitch)}")
         if self.standoff > self.thickness:
             raise SceneError(
-                f"standoff must be a film no thicker than the layer (thickness {self.thickness:g} m); got "
-                f"{self.standoff:g} m"
+                f"standoff must be a film no thicker than the layer (thickness {mm(self.thickness)}); got "
+                f"{mm(self.standoff)}"
             )
         if self.friction > 0.0 and self.contact == "never":
             raise SceneError(f'friction must be 0 where contact is "never"; got {self.friction:g}')
@@ -156,8 +156,8 @@ class Elastomer(BaseModel):
         """Refuse layers that no mesh resolves."""
         for number, layer in enumerate(self.layers):
             if layer.thickness < _THINNEST * self.thickness:
-                least = f"at least {_THINNEST:g} of the pad's, {self.thickness:g} m"
-                raise SceneError(f"layers.{number}.thickness must be {least}; got {layer.thickness:g} m")
+                least = f"at least {_THINNEST:g} of the pad's, {mm(self.thickness)}"
+                raise SceneError(f"layers.{number}.thickness must be {least}; got {mm(layer.thickness)}")
         return self
 
     @model_serializer(mode="wrap")
@@ -263,8 +263,8 @@ def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple
     found = tuple((x, y) for x in along[0] for y in along[1] if _under(x, y, 0.5 * d, extent, is_round))
     if not found:
         raise SceneError(
-            f"elastomer: must have a pillar of diameter {d:g} m wholly under the target, {extent[0]:g} m x "
-            f"{extent[1]:g} m, and within its field, {elastomer.extent[0]:g} m x {elastomer.extent[1]:g} m; it has none"
+            f"elastomer: must have a pillar of diameter {mm(d)} wholly under the target, {mm(extent[0])} x "
+            f"{mm(extent[1])}, and within its field, {mm(elastomer.extent[0])} x {mm(elastomer.extent[1])}; it has none"
         )
     return found
 

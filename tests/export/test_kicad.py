@@ -169,7 +169,7 @@ def test_kicad_opens_it(scene: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    (["coils.C1.inner_diameter=0.0006"], r"coils.C1.inner_diameter: must be at least 0.0008 m for a via; got 0.0006 m"),
+    (["coils.C1.inner_diameter=0.0006"], r"coils.C1.inner_diameter: must be at least 0.8 mm for a via; got 0.6 mm"),
     (["coils.C1.layers=4"], "coils: must have one number of layers"),
     (["substrate_radius=0.05"], "substrate_radius: must not be given"),
     (["coils.C1.directions=[1, -1]"], "coils.C1.directions: must not be given for --to kicad"),
@@ -232,5 +232,5 @@ def test_free_tracks_are_refused_by_name(tmp_path: Path) -> None:
         footprint(changed(drawn("rectangle", 2), ["coils.C1.corner_radius=0.0005"]), tmp_path)
     with pytest.raises(ValueError, match="coils.C1.layers: must be at most 2 of a hexagon for --to kicad; got 4"):
         footprint(drawn("hexagon", 4), tmp_path)
-    with pytest.raises(ValueError, match=r"coils.C1.inner_diameter: must be at least 0.0008 m for a via; got 0.0007 m"):
+    with pytest.raises(ValueError, match=r"coils.C1.inner_diameter: must be at least 0.8 mm for a via; got 0.7 mm"):
         footprint(changed(drawn("hexagon", 2), ["coils.C1.inner_diameter=0.0007"]), tmp_path)

@@ -47,10 +47,10 @@ def test_pillars_fill_what_is_under_the_target_and_follow_it():
     [
         ({"pitch": None}, "pitch must be given for pillars; it is missing"),
         ({"diameter": None}, "diameter must be given for pillars; it is missing"),
-        ({"pitch": 1.5e-3}, r"pitch must be larger than diameter \(0.0015 m\); got 0.0015 m"),
+        ({"pitch": 1.5e-3}, r"pitch must be larger than diameter \(1.5 mm\); got 1.5 mm"),
         ({"shape": "box"}, "diameter must not be given for a box; got 0.0015"),
         ({"shape": None}, "width must not be given for a cylinder"),
-        ({"standoff": 2.1e-3}, r"no thicker than the layer \(thickness 0.002 m\); got 0.0021 m"),
+        ({"standoff": 2.1e-3}, r"no thicker than the layer \(thickness 2 mm\); got 2.1 mm"),
     ],
 )
 def test_refusals(keys, said):
@@ -59,7 +59,7 @@ def test_refusals(keys, said):
 
 
 def test_a_target_over_no_pillar_is_refused():
-    with pytest.raises(SceneError, match="must have a pillar of diameter 0.0015 m wholly under the target, 0.001 m"):
+    with pytest.raises(SceneError, match="must have a pillar of diameter 1.5 mm wholly under the target, 1 mm"):
         load_sensor("biorob2018", [PILLARS, 'target.width="1 mm"'])
 
 
@@ -111,7 +111,7 @@ def test_a_scene_of_layers_is_written_and_read_back_and_changed_by_key():
     ("override", "said"),
     [
         ('elastomer.layers.1.thickness="0 mm"', "elastomer.layers.1.thickness: must be a length from 1 nm to 1 km"),
-        ('elastomer.layers.1.thickness="1 um"', "layers.1.thickness must be at least 0.001 of the pad's, 0.001001 m"),
+        ('elastomer.layers.1.thickness="1 um"', "layers.1.thickness must be at least 0.001 of the pad's, 1.001 mm"),
         ("elastomer.layers.1.material=ecoflex", "elastomer.layers.1.material: must be one of ecoflex-00-10"),
         ('elastomer.thickness="2 mm"', 'elastomer: thickness must be left out beside layers, each of which has'),
         ("elastomer.material=rtv615", 'elastomer: material must be left out beside layers, each of which has'),

@@ -39,7 +39,19 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
-from sits_mech.quantities import POSE, WRENCH, Array, Bounded, Mask, MechanicalModel, Pose, Wrench, kept_report
+from sits_mech.quantities import (
+    POSE,
+    WRENCH,
+    Array,
+    Bounded,
+    Impedance,
+    MagneticModel,
+    Mask,
+    MechanicalModel,
+    Pose,
+    Wrench,
+    kept_report,
+)
 from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
@@ -65,28 +77,12 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
     layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
-    divided, own = _foreseen(history, BETWEEN * tolerance)
     left_out, names = counted_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
-    while True:
-        motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
-        check_clearance(sensor, motion.pose)
-        aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
-        pose = motion.pose.components
-        poses = _bounded(sensor, left_out, pose, motion.error.components)
-        reading = read_poses(sensor, field if aim is None else aim.field, poses)
-        found, rows, goal = reading.impedance, _Rows(divided, own, motion), None if aim is None else aim.goal
-        values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
-        values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
-        every, off = rows.carried(values | {"pose": pose, "error_pose": motion.error.components,
-                                            "stretch": motion.stretch})
-        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
-        if goal is not None:
-            spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
-        most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
-        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values, off) / most)
-        if not more.any():
-            break
-        divided = replace(divided, solved=divided.solved | more)
+    asked = _Asked(sensor, history.loads, (layer, field), magnetics, tolerance, left_out)
+    divided, own = _foreseen(history, BETWEEN * tolerance)
+    while (answer := asked.solved(divided, own, progress)).more.any():
+        divided = replace(divided, solved=divided.solved | answer.more)
+    rows, motion, found, goal, every, _ = answer
     poses, stretch = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose")), every.pop("stretch")
     columns: dict[str, Any] = {"given": ("time", rows.given)}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, rows.wrench.T, strict=True)}
@@ -105,6 +101,49 @@ def in_time(
         report=kept_report(motion.report),
     )
     return labelled(data)
+
+
+class _Answer(NamedTuple):
+    """Values of a history at all its times, by those that are solved, and what else is to be solved."""
+
+    rows: _Rows
+    motion: Motion
+    found: Impedance
+    goal: Goal | None
+    every: dict[str, Array]
+    more: Mask
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What a history is asked of."""
+
+    sensor: Sensor
+    loads: Sequence[Wrench]
+    models: tuple[MechanicalModel, MagneticModel]
+    magnetics: str
+    tolerance: float
+    left_out: Sequence[Omission]
+
+    def solved(self, divided: LoadHistory, own: Mask, progress: Progress) -> _Answer:
+        """Return the answer by the times of a history that are to be solved; `own` are those that are its rows."""
+        sensor, tolerance, (layer, field) = self.sensor, self.tolerance, self.models
+        motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
+        check_clearance(sensor, motion.pose)
+        aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
+        pose, error = motion.pose.components, motion.error.components
+        reading = read_poses(sensor, field if aim is None else aim.field,
+                             _bounded(sensor, self.left_out, pose, error))
+        found, rows, goal = reading.impedance, _Rows(divided, own, motion), None if aim is None else aim.goal
+        values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
+        values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
+        every, off = rows.carried(values | {"pose": pose, "error_pose": error, "stretch": motion.stretch})
+        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
+        if goal is not None:
+            spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
+        most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
+        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values, off) / most)
+        return _Answer(rows, motion, found, goal, every, more)
 
 
 def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array) -> Bounded:

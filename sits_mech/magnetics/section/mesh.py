@@ -23,6 +23,7 @@ from skfem import MeshTri
 from sits_mech.geometry.meshing.unstructured import fill_between
 from sits_mech.geometry.plates import Plate
 from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.units import millimetres as mm
 
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
 
@@ -91,7 +92,7 @@ def _outer_circle(plates: tuple[Plate, ...], around: float, ground: float | None
     reach = float(np.abs(corners).max())
     if reach >= ground:
         raise ValueError(
-            f"target.planar_boundary_radius: must enclose every plate (reach {reach:.4g} m), got {ground:.4g} m"
+            f"target.planar_boundary_radius: must enclose every plate (reach {mm(reach)}), got {mm(ground)}"
         )
     radius = min(5.0 * reach, float(np.sqrt(reach * ground)))
     return 0j, radius, min(600, int(around * max(1.0, radius / (radius - reach) / 1.25)))
