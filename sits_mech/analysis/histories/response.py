@@ -79,7 +79,7 @@ def in_time(
     layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
     left_out, names = counted_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
     asked = _Asked(sensor, history.loads, (layer, field), magnetics, tolerance, left_out)
-    divided, own = _foreseen(history, BETWEEN * tolerance)
+    divided, own = foreseen(history, BETWEEN * tolerance)
     while (answer := asked.solved(divided, own, progress)).more.any():
         divided = replace(divided, solved=divided.solved | answer.more)
     rows, motion, found, goal, every, _ = answer
@@ -217,7 +217,7 @@ class _Rows:
         }, off
 
 
-def _foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
+def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
     """Divide a history for errors of interpolation; return also which times are its own.
 
     Half is for the load's own course in time, which is interpolated first, the other for what a response adds to it.
