@@ -24,8 +24,14 @@ def _of(name: str) -> Callable[[object], bool]:
 
 def _several(one: Callable[[object], bool]) -> Callable[[object], bool]:
     """Return whether a value is of several of one kind; a text is none of texts, what can be read once is not read."""
-    return lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping) and (
-        isinstance(value, Iterator) or all(map(one, value)))
+
+    def holds(value: object) -> bool:
+        """Look at each."""
+        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) < 1:
+            return False
+        return isinstance(value, Iterator) or all(map(one, value))
+
+    return holds
 
 
 def _text(value: object) -> bool:
@@ -62,26 +68,26 @@ _KINDS: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "Progress": ("a function of two numbers", callable),
 }
 """Annotations, what an argument must be in words, and whether it is."""
+_ANNOTATED = {
+    f"{kind}{or_none}": (words, holds, bool(or_none))
+    for kind, (words, holds) in _KINDS.items() for or_none in ("", " | None")
+}
+"""The same, also where it may be None."""
 
 
 def checked_arguments(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Return a function that refuses arguments of another kind than its annotations say with a SceneError."""
     signature = inspect.signature(function)
-    kinds = {}
-    for name, each in signature.parameters.items():
-        kind = str(each.annotation)
-        found = _KINDS.get(kind.removesuffix(" | None"))
-        if found is not None:
-            kinds[name] = (*found, kind.endswith("| None"))
+    found = ((name, _ANNOTATED.get(str(each.annotation))) for name, each in signature.parameters.items())
+    kinds = {name: kind for name, kind in found if kind is not None}
 
     @wraps(function)
     def checked(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         """Check and call."""
         given = dict(zip(signature.parameters, args, strict=False)) | kwargs
         for name, (words, holds, absent) in kinds.items():
-            value = given.get(name, signature.parameters[name].default)
-            if name in given and not (holds(value) or (absent and value is None)):
-                raise SceneError(f"{name}: must be {words}{', or None' if absent else ''}; got {shown(value)}")
+            if name in given and not (holds(given[name]) or (absent and given[name] is None)):
+                raise SceneError(f"{name}: must be {words}{', or None' if absent else ''}; got {shown(given[name])}")
         return function(*args, **kwargs)
 
     return checked
