@@ -19,8 +19,8 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 # a file or folder may import lower ranks, and siblings of its own folder (of its own rank, at the top level)
 RANKS = {
     **dict.fromkeys(
-        ("version", "threads", "plugins", "memory", "disk_cache", "units", "inputs", "quantities", "rotations",
-         "labels", "notes", "status"), 0
+        ("version", "threads", "plugins", "memory", "disk_cache", "units", "inputs", "arguments", "quantities",
+         "rotations", "labels", "notes", "status"), 0
     ),
     **dict.fromkeys(("silicone", "maps"), 1),
     "readout": 2,
@@ -83,6 +83,7 @@ UNMIRRORED = {
         "tests/cli/test_main.py: through the command line",
     ),
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "analysis/histories/interpolant.py": "tests/analysis/histories/test_response.py: values and errors between times",
     "inputs.py": "tests/scene/test_sensor.py: what files are refused for; tests/scene/test_bounds.py: kinds of keys",
     "synthesis/loads.py": "tests/synthesis/test_figures.py: polynomials and their slopes",
     "synthesis/written.py": "tests/synthesis/test_requirements.py: files read and refused",

@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
+from sits_mech.arguments import checked_arguments
 from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.quantities import POSE, Array, Impedance, Mask, SolveReport, tensor_grid
@@ -130,6 +131,7 @@ def _over_loads(sensor: Sensor, data: xr.Dataset, **each: Array) -> xr.Dataset:
     return xr.Dataset({name: ((*loads, "coil"), values) for name, values in each.items()}, coords)
 
 
+@checked_arguments
 def sensor_calibration(sensor: Sensor, data: xr.Dataset) -> Calibration:
     """Return the calibration of a sensor in henry, each coil driven alone, without leads.
 
@@ -204,6 +206,7 @@ def with_terminals(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
     return data.assign({name: ((*varied(data), "coil"), values) for name, values in each.items()})
 
 
+@checked_arguments
 def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = None) -> Calibration:
     """Return the calibration of what a converter or a meter reads [H]: at the terminals, with leads and idle coils.
 

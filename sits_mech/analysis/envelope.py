@@ -22,6 +22,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sits_mech.analysis.limits import Capacity, capacity
+from sits_mech.arguments import checked_arguments
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
@@ -89,6 +90,7 @@ class Envelope:
     tolerance: float
 
 
+@checked_arguments
 def envelope(
     sensor: Sensor, *, tolerance: float = TOLERANCE, mechanics: str = "auto", rays: int = RAYS,
     progress: Progress = untold,

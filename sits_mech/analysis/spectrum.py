@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.analysis.terminals import own_capacitance, pulling, terminal_impedance, with_capacitance
+from sits_mech.arguments import checked_arguments
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import track_resistance
@@ -76,6 +77,7 @@ def at_terminals(sensor: Sensor, found: Impedance) -> tuple[Terminals | None, tu
     return _terminals(sensor, _uneven(sensor, found)), missing
 
 
+@checked_arguments
 def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequence[float]) -> xr.Dataset:
     """Return what the coils show at one pose over a range of frequencies.
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import xarray as xr
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
@@ -103,6 +104,7 @@ def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], num
                 cases.put([(name, found)] if found["status"] in ANSWERED else [])
 
 
+@checked_arguments
 def open_sweep(folder: str | Path) -> xr.Dataset:
     """Open the table of a sweep's folder, also while the sweep runs; numbers are read when they are asked for.
 

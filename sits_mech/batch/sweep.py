@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech import cases
+from sits_mech.arguments import checked_arguments
 from sits_mech.batch.executors import workers
 from sits_mech.batch.run import run_study
 from sits_mech.batch.studies.study import read_study
@@ -63,6 +64,7 @@ class _Options(TypedDict, total=False):
     snapshot: Callable[[xr.Dataset], None] | None
 
 
+@checked_arguments
 def sweep(
     function: Callable[..., Mapping[str, Any]] | str | Path, grid: Mapping[str, Sequence[Any]] | None = None, *,
     executor: Executor | Client | None = None, folder: str | Path | None = None,

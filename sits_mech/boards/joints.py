@@ -23,7 +23,8 @@ from scipy.spatial import cKDTree
 
 from sits_mech.boards.copper import Hole, Track
 from sits_mech.quantities import Array
-from sits_mech.units import SceneError, millimetres
+from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 ROUNDING = 1e-6  # of a board's places [m]
 _WIDEST = 4.0  # of a joint's ends, over the distance within which two are one
@@ -123,8 +124,7 @@ def _check_small(points: Array, label: NDArray[np.int64], nearness: float, where
     np.maximum.at(high, label, points)
     if (high - low).max() > _WIDEST * nearness:
         raise SceneError(
-            f"{where}: tracks must be longer than {millimetres(nearness, 4)} for ends that near to be one; "
-            "got shorter ones"
+            f"{where}: tracks must be longer than {mm(nearness, 3)} for ends that near to be one; got shorter ones"
         )
 
 

@@ -19,7 +19,8 @@ from sits_mech.boards.joints import ROUNDING, End, Joints, connections
 from sits_mech.boards.lines import flattened, length_of, spaced, thinned
 from sits_mech.boards.pieces import Copper, parts
 from sits_mech.quantities import Array
-from sits_mech.units import SceneError, millimetres
+from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _CARELESS = 0.05  # of the narrowest track's width: ends that are nearer meet, where rounding does not make one path
 _LIKE = 0.5  # a piece longer than this share of the longest may be the coil as well
@@ -59,8 +60,8 @@ def route(copper: Copper, chord_error: float) -> Route:
         raise SceneError(f"{where}: must have tracks, or copper drawn to its pads; got none")
     for track in copper.tracks:
         if not track.width > 0.0:
-            got = millimetres(track.width)
-            raise SceneError(f"{where}: the track at {board_point(track.points[0])} must have a width; got {got}")
+            at, got = board_point(track.points[0]), mm(track.width)
+            raise SceneError(f"{where}: the track at {at} must have a width; got {got}")
         flattened(track, chord_error, where)
     piece, chain, left_out = _path(copper)
     lines = [flattened(piece.tracks[k], chord_error, where)[:: 1 if e == 0 else -1] for k, e in chain]

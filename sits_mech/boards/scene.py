@@ -33,7 +33,8 @@ from sits_mech.quantities import Array
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.files import written
 from sits_mech.scene.sensor import Sensor, sensor_from
-from sits_mech.units import SceneError, millimetres, shown
+from sits_mech.units import SceneError, shown
+from sits_mech.units import millimetres as mm
 
 _FINEST, _COARSEST = 1e-9, 1e-3  # errors of chords [m]
 _FIGURES = 4  # decimals of permittivities
@@ -75,7 +76,7 @@ class Selection:
             if twice:
                 raise SceneError(f"{option}: must name each once; got {twice[0]} twice")
         if not _FINEST <= self.chord_error <= _COARSEST:
-            raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {millimetres(self.chord_error)}")
+            raise SceneError(f"--chord-error: must be a length from 1 nm to 1 mm; got {mm(self.chord_error)}")
 
 
 def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from sits_mech.boards.sexpr import Node, child, children, numbers, texts
 from sits_mech.boards.versions import copper_layers
-from sits_mech.units import SceneError, millimetres
+from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _COPPER = 35e-6  # thickness where the file gives none [m]
 _THICKNESS = 1.6e-3  # of a board whose file gives none [m]
@@ -82,7 +83,7 @@ def _even(tree: Node, names: tuple[str, ...], where: str) -> tuple[dict[str, Cop
     if child(general, "thickness") is not None:
         given = METRES * numbers(general, "thickness", 1, f"{where}: general")[0]
     if not given > len(names) * _COPPER:
-        raise SceneError(f"{where}: thickness must be above {len(names)} times 35 um; got {millimetres(given)}")
+        raise SceneError(f"{where}: thickness must be above {len(names)} times 35 um; got {mm(given)}")
     pitch = (given - _COPPER) / max(len(names) - 1, 1)
     layers = {name: CopperLayer(-_COPPER / 2 - k * pitch, _COPPER) for k, name in enumerate(names)}
     apart = f", {pitch / METRES:.4g} mm apart" if len(names) > 1 else ""

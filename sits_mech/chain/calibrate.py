@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
@@ -47,6 +48,7 @@ Loads = float | Sequence[float]
 """Values of a component of a load [N, N m]: many are a dimension of the table, one number is the same for all of it."""
 
 
+@checked_arguments
 def calibrate(
     sensor: Sensor,
     *,

@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
@@ -225,6 +226,7 @@ def choose_magnetics(
     return solved, replace(choice, left_out=(*choice.left_out, *far))
 
 
+@checked_arguments
 def mechanical_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-2, loads: Sequence[Wrench] = ()
 ) -> tuple[MechanicalModel, Choice]:
@@ -259,6 +261,7 @@ def mechanical_model(
     return touched(MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance), sensor), choice
 
 
+@checked_arguments
 def magnetic_model(
     sensor: Sensor, name: str = "auto", tolerance: float = 1e-3, poses: Sequence[Pose] = ()
 ) -> tuple[MagneticModel, Choice]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import (
@@ -94,6 +95,7 @@ class Plan:
         return tuple(f"{step.model} at {step.tolerance:.1g}" for step in self.steps)
 
 
+@checked_arguments
 def plan(
     sensor: Sensor, loads: Sequence[Wrench] = (), *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto",

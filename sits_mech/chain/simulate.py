@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.chain.aimed import Promise, aim_at
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
@@ -81,6 +82,7 @@ class Simulation:
         return self.flags[0]
 
 
+@checked_arguments
 def simulate(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
     via: Sequence[Wrench] = (), best: bool = True,

@@ -118,14 +118,27 @@ def new(
 def explain(
     scene: Scene, *, load: Load = Load(), models: Models = Models(),
     ladder: Annotated[bool, flag("Solve the load at each tolerance from 1e-1 to a tenth of --tolerance.")] = False,
+    history: Annotated[Path | None, Parameter(help="CSV of loads over time, in place of a load.")] = None,
     overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What a load or pose would solve, in what time, what it neglects, and what smaller errors would cost.
 
+    Of a history its largest load, how many of its rows are solved at least, and in what time.
+
     Example: sits-mech explain biorob2018 --fx "0.5 N" --fz "2 N" --ladder
+    Example: sits-mech explain finger.toml --history press.csv
     """
     sensor = sensor_of(scene, overrides)
     wrench = load.wrench(sensor)
+    if history is not None and (ladder or wrench.components.any()):
+        raise SceneError("--history: must be given without a load or --ladder; got both")
+    if history is not None:
+        from sits_mech.analysis.histories.price import history_price, largest
+        from sits_mech.analysis.histories.read import read_history
+        from sits_mech.report.tables.plan import history_table
+
+        course = read_history(history)
+        wrench = largest(course)
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved
@@ -137,6 +150,10 @@ def explain(
     with solving(sensor, loads, **asdict(models)) if loads else nullcontext():
         found = plan(sensor, loads, **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)
+    if history is not None:
+        price = history_price(sensor, course, found, models.tolerance)
+        record |= {"history": price._asdict()}
+        tables.append(history_table(price, str(history)))
     rungs = []
     if ladder:
         rungs = solved(sensor, wrench, **asdict(models), each=lambda rung, left: warn(rung_line(rung, left)))

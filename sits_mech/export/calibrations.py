@@ -22,10 +22,11 @@ from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.delivered import known_by
 from sits_mech.analysis.built.fit import EndReached
 from sits_mech.analysis.built.grown import grown
-from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake
+from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake, refuse_unlikely
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import Measured, Tank, read_measured
+from sits_mech.arguments import checked_arguments
 from sits_mech.export import formats
 from sits_mech.export.source import Source
 from sits_mech.quantities import Array, Wrench
@@ -44,6 +45,7 @@ def _opened(calibration: Calibrated) -> tuple[Sensor, xr.Dataset]:
     return calibration if isinstance(calibration, tuple) else read_calibration(calibration)
 
 
+@checked_arguments
 def adapt(
     calibration: Calibrated, readings: str | Path | Measured, *, free: Sequence[str] = (), noise: float | None = None,
     load_noise: float | None = None, depth_noise: float = 1e-5, lot: str | Path | None = None,
@@ -136,6 +138,8 @@ def adapted_as_read(
     """
     for left in (2, 1, 0):
         own = read_with(prior, measured.coded, free).read_by(idle)
+        measured.check()
+        refuse_unlikely(own, measured, noises["load_noise"])
         try:
             found = as_read(
                 own.sensor, own.data, measured.source, partial(_read_by, own, measured, noises),
@@ -155,6 +159,7 @@ def _read_by(prior: Prior, measured: Measured, noises: dict[str, Any], idle: str
     return adapted(prior.read_by(idle), measured, **noises)
 
 
+@checked_arguments
 def compare(
     calibration: Calibrated, measured: str | Path, *, free: Sequence[str] = (), noise: float | None = None,
     magnetics: str = "auto", clock: float | None = None, idle: str | None = None,
@@ -202,6 +207,7 @@ def compare(
         with_idle(sensor, way), data, bench, asked, noise=noise, magnetics=magnetics))
 
 
+@checked_arguments
 def quality(
     calibration: Calibrated, *, noise: ArrayLike | None = None, branches: tuple[Array, Array] | None = None
 ) -> Quality:
@@ -235,6 +241,7 @@ def quality(
     return figures.quality(cal, sizes, table=coil_table(sensor, data), branches=branches)
 
 
+@checked_arguments
 def export_calibration(
     calibration: Calibrated, to: str, path: str | Path, *, load: Wrench | None = None
 ) -> tuple[Path, tuple[str, ...]]:

@@ -23,7 +23,8 @@ from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
 from sits_mech.scene.turns import spiral_turns, turn
-from sits_mech.units import MM, millimetres, shown
+from sits_mech.units import MM, shown
+from sits_mech.units import millimetres as mm
 
 _ARCS = 12  # per turn
 _SIDE = {"rectangle": np.pi / 2, "hexagon": np.pi / 3, "octagon": np.pi / 4, "D": np.pi / 2}  # from one to the next
@@ -178,8 +179,9 @@ def _check(sensor: Sensor, coil: Coil) -> float:
     if inner < 0.0:
         sizes = {key: getattr(coil, key) for key in ("inner_diameter", "inner_width", "inner_length")}
         key, size = min(((key, size) for key, size in sizes.items() if size), key=lambda each: each[1])
-        least = millimetres(size - 2.0 * inner)
-        raise SceneError(f"coils.{coil.name}.{key}: must be at least {least} for a via; got {millimetres(size)}")
+        raise SceneError(
+            f"coils.{coil.name}.{key}: must be at least {mm(size - 2.0 * inner)} for a via; got {mm(size)}"
+        )
     return float(inner)
 
 

@@ -29,7 +29,7 @@ from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
 from sits_mech.scene.sensor import Conductor, Sensor, Target
 from sits_mech.scene.solids import BoxedPart, separation
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 _SIDES = 128  # of what stands for a disc
 _SOFT = 0.1  # of the clearance: the rise of a side below which it counts in square
@@ -291,5 +291,4 @@ def _check_above(target: Target, outline: Outline | None, turns: Array, places: 
     low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
     if not np.all(low > 0.0):
         worst = float(np.min(np.where(np.isnan(low), -np.inf, low)))
-        lowest = millimetres(worst, 4)
-        raise Collision(f"pose: the target must stay above the coil plane z = 0, its lowest point is at {lowest}")
+        raise Collision(f"pose: the target must stay above the coil plane z = 0, its lowest point is at {mm(worst)}")

@@ -24,7 +24,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil
 from sits_mech.scene.turns import outside, turn
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 c = 299_792_458.0  # of light in free space [m/s], exactly
 _STRAIGHT = 1e-6  # tangent of the angle that a track may cross the section at
@@ -203,7 +203,7 @@ def section_refusal(coils: Sequence[Coil]) -> Refusal | None:
         if beyond := beyond_memory(8.0 * _ARRAYS * bars**2):
             return Refusal(name, "have pairs of bars in the section y = 0 that memory holds", f"{bars} bars, {beyond}")
         if coil.shape != "path" and coil.centre[1] != 0.0:
-            return Refusal(f"{name}.centre", "be on y = 0 for a section", f"y = {millimetres(coil.centre[1])}")
+            return Refusal(f"{name}.centre", "be on y = 0 for a section", f"y = {mm(coil.centre[1])}")
         if not coil.is_round and (refusal := _not_across(coil)):
             return refusal
     return None
@@ -249,7 +249,7 @@ def check_frequency(coils: Sequence[Coil], frequency: float) -> None:
     if frequency * length > c:
         raise ValueError(
             f"frequency: must be below {c / length:.3g} Hz, where a wave is as long as the track of coil {coil.name} "
-            f"({length:.3g} m), got {frequency:g} Hz; no model here holds waves: it takes a full-wave solver"
+            f"({mm(length, 3)}), got {frequency:g} Hz; no model here holds waves: it takes a full-wave solver"
         )
 
 

@@ -61,7 +61,8 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import SceneError, checked_tolerance, millimetres
+from sits_mech.units import SceneError, checked_tolerance
+from sits_mech.units import millimetres as mm
 
 # Asked error of the change of inductance -> division of the plate. Largest errors against an independent high-order FEM
 # (8 x 0.2 mm, 1 to 5 mm, 5 kHz and 5 MHz): L 1.8e-3, 6.3e-4, 5.5e-5, 7e-6; R 5e-4, 3e-4, 7e-5, 2e-5.
@@ -125,8 +126,7 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     if refusal := section_refusal(sensor.coils):
         return refusal
     if sensor.substrate_radius is not None:
-        got = millimetres(sensor.substrate_radius)
-        return Refusal("substrate_radius", "be left out for planar, of flat coils", got)
+        return Refusal("substrate_radius", "be left out for planar, of flat coils", mm(sensor.substrate_radius))
     if sensor.conductors and return_radius(sensor) is not None:
         return Refusal("conductors", "be left out for planar where net_current is free", f"{len(sensor.conductors)}")
     for name, part in metal_parts(sensor):
@@ -270,7 +270,7 @@ def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
     if reach >= radius:
         raise ValueError(
             "target.planar_boundary_radius: must enclose the target in every pose, which reaches "
-            f"{millimetres(reach, 4)}; got {millimetres(radius, 4)}"
+            f"{mm(reach)}; got {mm(radius)}"
         )
     terms = math.ceil(math.log(1e-9) / (2 * math.log(reach / radius)))
     scale = 1.0 / np.sqrt(np.tile(np.arange(1, terms + 1), 2))[:, None]

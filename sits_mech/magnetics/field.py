@@ -39,7 +39,8 @@ from sits_mech.magnetics.section.mesh import DividedPlane, Fineness, divide_plan
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import SceneError, checked_tolerance, millimetres
+from sits_mech.units import SceneError, checked_tolerance
+from sits_mech.units import millimetres as mm
 
 _KIND = Kind("planar-fem", "H/m", plane=True)
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
@@ -229,7 +230,6 @@ def _check_coils(coils: tuple[CoilBars, ...], ground: float | None) -> None:
         half = (corners.real * coil.width + 1j * corners.imag * coil.thickness) / 2
         reach = float(np.abs(coil.place[:, None] + half * np.exp(-1j * coil.tilt)[:, None]).max())
         if ground is not None and reach >= ground:
-            reached = f"reach {millimetres(reach, 4)}"
             raise ValueError(
-                f"target.planar_boundary_radius: must enclose the coils ({reached}), got {millimetres(ground, 4)}"
+                f"target.planar_boundary_radius: must enclose the coils (reach {mm(reach)}), got {mm(ground)}"
             )

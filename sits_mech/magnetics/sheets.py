@@ -58,7 +58,8 @@ from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread
-from sits_mech.units import SceneError, checked_tolerance, millimetres
+from sits_mech.units import SceneError, checked_tolerance
+from sits_mech.units import millimetres as mm
 
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: benchmarks/extremes.py
@@ -259,8 +260,7 @@ def sheets(
 def not_representable(sensor: Sensor) -> Refusal | None:
     """Return why this model cannot hold this scene; None if it can."""
     if sensor.substrate_radius is not None:
-        radius = millimetres(sensor.substrate_radius)
-        return Refusal("substrate_radius", "be left out for sheets, of flat coils", radius)
+        return Refusal("substrate_radius", "be left out for sheets, of flat coils", mm(sensor.substrate_radius))
     for name, part in metal_parts(sensor):
         if holed(part, sensor.frequency):
             key, what, got = "inner_diameter", "permeable part conducts", part.inner_diameter

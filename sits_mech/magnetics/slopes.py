@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.geometry.collision import room
 from sits_mech.magnetics.axis_fem import AxisymmetricFem
 from sits_mech.magnetics.pose_slopes import STEP, KnownImpedance, pose_slopes, solver_of
@@ -131,6 +132,7 @@ class _Length:
         return True
 
 
+@checked_arguments
 def slopes(
     sensor: Sensor, model: MagneticModel, pose: Pose, frequency: float, *, components: Sequence[str] = POSE,
     lengths: Sequence[str] = (),

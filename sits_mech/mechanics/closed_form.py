@@ -84,7 +84,8 @@ from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
 from sits_mech.silicone.homogeneous import shear_secant
 from sits_mech.silicone.material import Silicone
 from sits_mech.threads import one_thread
-from sits_mech.units import SLACK, millimetres
+from sits_mech.units import SLACK
+from sits_mech.units import millimetres as mm
 
 _EDGES = (0.2308, 0.28)  # thicknesses by which free edges shorten an incompressible strip in shear; times mu/K, more
 LONG = 10.0
@@ -283,9 +284,9 @@ def flush_refusal(sensor: Sensor) -> Refusal | None:
         got = f"{len(elastomer.layers)} layers"
         return Refusal("elastomer.layers", "be of one silicone for closed-form", got)
     if w - target.extent[0] > _FLUSH * w:
-        got = f"a layer {millimetres(w)} wide under a target {millimetres(target.extent[0])} wide"
+        got = f"a layer {mm(w)} wide under a target {mm(target.extent[0])} wide"
         return Refusal("target.width", "cover the layer along x for closed-form", got)
     if w < 2.0 * _LEAST * t:
-        got = f"{millimetres(w)} wide and {millimetres(t)} thick"
+        got = f"{mm(w)} wide and {mm(t)} thick"
         return Refusal("elastomer.width", "be at least twice the thickness for closed-form", got)
     return None

@@ -51,7 +51,7 @@ from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
 from sits_mech.silicone.history import history_share
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 if TYPE_CHECKING:
     from sits_mech.mechanics.linear import FiniteLength
@@ -203,8 +203,8 @@ def _hair(sensor: Sensor, model: str) -> Refusal | None:
     thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
     if elastomer.thickness <= HAIR * thin:
         return None
-    must = f"be at most {HAIR:g} times its smallest width ({millimetres(thin)}) for {model}"
-    return Refusal("elastomer.thickness", must, millimetres(elastomer.thickness))
+    must = f"be at most {HAIR:g} times its smallest width ({mm(thin)}) for {model}"
+    return Refusal("elastomer.thickness", must, mm(elastomer.thickness))
 
 
 def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | None) -> tuple[Omission, ...]:

@@ -31,6 +31,7 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.quantities import POSE, WRENCH
 from sits_mech.readout.loads import varied
 from sits_mech.readout.signals import PAIR, SIGNALS, told
@@ -62,6 +63,7 @@ def components_of(data: xr.Dataset) -> tuple[str, ...]:
     return (*own, *(name for name in varied(data) if name not in own))
 
 
+@checked_arguments
 def sensitivity(data: xr.Dataset) -> xr.DataArray:
     """Return the sensitivity matrix at every point of the grid.
 
@@ -159,6 +161,7 @@ def _at_none(values: xr.DataArray, force: str) -> xr.DataArray:
     return values.isel({force: nearest_none(values, force)}, drop=True)
 
 
+@checked_arguments
 def crosstalk(data: xr.Dataset) -> xr.Dataset:
     """Return the crosstalk of every component of the load into the signals of the others.
 

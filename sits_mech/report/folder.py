@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.readout.loads import LOADS, answered, point
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
@@ -59,6 +60,7 @@ def cases_folder(folder: Path) -> Path:
     return folder / "cases"
 
 
+@checked_arguments
 def read_calibration(folder: str | Path, case: int | None = None) -> tuple[Sensor, xr.Dataset]:
     """Return sensor and table of a calibration's folder, or of a case, from 1 on, of a sweep of calibrations.
 

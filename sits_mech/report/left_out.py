@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any
 
 from sits_mech.notes import Number, Omission, OmissionKind, Relative, unpacked_omissions
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 _Reason = str | Callable[[Mapping[str, Number]], str]
 
@@ -24,7 +24,7 @@ def _ends_of_plates(numbers: Mapping[str, Number]) -> str:
 def _ends_of_pads(numbers: Mapping[str, Number]) -> str:
     """Say over what plane strain spreads a force."""
     pad, target = float(numbers["pad"]), float(numbers["target"])
-    return f"plane strain spreads the force over {millimetres(pad)} of pad, the target covers {millimetres(target)}"
+    return f"plane strain spreads the force over {mm(pad)} of pad, the target covers {mm(target)}"
 
 
 def _idle(numbers: Mapping[str, Number]) -> str:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from sits_mech.analysis.bench import readings
+from sits_mech.arguments import checked_arguments
 from sits_mech.inputs import unknown
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import several
@@ -92,6 +93,7 @@ class Shown:
         return found
 
 
+@checked_arguments
 def show(what: Sensor | xr.Dataset | str | Path, sensor: Sensor | None = None) -> Shown:
     """Show a sensor or a calibration in a notebook, without a server; nothing is solved.
 

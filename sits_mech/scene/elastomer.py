@@ -140,8 +140,7 @@ class Elastomer(BaseModel):
         """Refuse sizes of another shape, pillars that overlap, a film thicker than the pad, no mesh to weld."""
         check_sizes(self, _SIZES[self.kind], "pillars" if self.kind == "pillars" else f"a {self.kind}")
         if self.pitch is not None and self.diameter is not None and not self.pitch > self.diameter:
-            least = mm(self.diameter)
-            raise SceneError(f"pitch must be larger than diameter ({least}); got {mm(self.pitch)}")
+            raise SceneError(f"pitch must be larger than diameter ({mm(self.diameter)}); got {mm(self.pitch)}")
         if self.standoff > self.thickness:
             raise SceneError(
                 f"standoff must be a film no thicker than the layer (thickness {mm(self.thickness)}); got "
@@ -264,9 +263,10 @@ def pillar_middles(elastomer: Elastomer, extent: Place, is_round: bool) -> tuple
     along = [_row(size, d, pitch) for size in elastomer.extent]
     found = tuple((x, y) for x in along[0] for y in along[1] if _under(x, y, 0.5 * d, extent, is_round))
     if not found:
-        under, field = (" x ".join(map(mm, each)) for each in (extent, elastomer.extent))
-        pillar = f"a pillar of diameter {mm(d)} wholly under the target, {under}"
-        raise SceneError(f"elastomer: must have {pillar}, and within its field, {field}; it has none")
+        raise SceneError(
+            f"elastomer: must have a pillar of diameter {mm(d)} wholly under the target, {mm(extent[0])} x "
+            f"{mm(extent[1])}, and within its field, {mm(elastomer.extent[0])} x {mm(elastomer.extent[1])}; it has none"
+        )
     return found
 
 

@@ -18,6 +18,7 @@ from typing import Any
 
 from pydantic import BaseModel, model_validator
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
@@ -214,6 +215,7 @@ def catalogue() -> dict[str, str]:
     return {name: str(read_toml(path)["name"]) for name, path in _catalogue_files().items()}
 
 
+@checked_arguments
 def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
     """Read a sensor from a scene file or from the catalogue.
 
@@ -353,6 +355,7 @@ def check_provenance(sensor: Sensor, attributes: Mapping[str, Any]) -> None:
             raise SceneError(f"table: must be of {sensor.name}; its {part} differs: it is of {name}")
 
 
+@checked_arguments
 def save_sensor(sensor: Sensor, path: str | Path) -> None:
     """Write the scene file of `sensor`, whole or not at all.
 

@@ -23,7 +23,8 @@ from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.kinds import KINDS, figure_names, figure_words, kind_of
 from sits_mech.synthesis.space import Space, space_of
 from sits_mech.synthesis.written import LEAST_ERROR, LEAST_YIELD, SPECIAL, Written
-from sits_mech.units import millimetres, shown
+from sits_mech.units import millimetres as mm
+from sits_mech.units import shown
 
 _TWICE = 2.0  # standard deviations of a tolerance, that leave a sensor
 
@@ -123,8 +124,8 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
     for name, least in found.space.least_sizes().items():
         limit = found.limits.get(name, np.inf)
         if limit < least * (1.0 - 1e-9):
-            most = f"at least {millimetres(least)}, which the parts have within the bounds"
-            raise SceneError(f"require.{name}: must be {most}; got {millimetres(limit)}")
+            most = f"at least {mm(least)}, which the parts have within the bounds"
+            raise SceneError(f"require.{name}: must be {most}; got {mm(limit)}")
     _check_readings(found, sensor)
     if any(name.startswith("drift.") for name in asked):
         _check_temperature(found.space, sensor)

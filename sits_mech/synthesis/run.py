@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError, silicones_of
 from sits_mech.synthesis.answer import (
@@ -51,6 +52,7 @@ Told = Callable[[int, int, str], None]
 """Called with the number of designs solved, the most there will be, and the last one and its figures in words."""
 
 
+@checked_arguments
 def design(
     requirements: Requirements | Mapping[str, Any] | str | Path, *, folder: Path | None = None, most: int = MOST,
     seed: int = 0, told: Told | None = None, executor: Executor | None = None,

@@ -26,6 +26,7 @@ from sits_mech.notes import NoteKind, unpacked
 from sits_mech.quantities import Array, Wrench
 from sits_mech.readout.loads import load_words, request_of
 from sits_mech.scene.sensor import SceneError
+from sits_mech.units import SLACK
 
 
 def grown(
@@ -40,7 +41,7 @@ def grown(
     if any(note.kind is NoteKind.ADAPTED for note in unpacked(str(data.attrs["notes"]))):
         raise SceneError(f"grow: must be of a calibration as computed; this one was adapted: {end}")
     least = moduli(np.nan_to_num(forces), prior.table, prior.forces)[0][0]
-    if end.name != "modulus" or end.end > 1.000001 * least:
+    if end.name != "modulus" or end.end > (1.0 + SLACK) * least:
         raise end
     factors = dict.fromkeys(prior.forces, 1.0)
     for (name, sign), most in lacking(forces, prior.table, least / SOFTER).items():

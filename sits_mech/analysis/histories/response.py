@@ -3,14 +3,8 @@
     loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
 
 Few rows of a history are solved: corners of the load, and between them as many as it moves by parts of its range.
-Monotone cubics carry each quantity y to the others, from corner to corner. The chord between two solved times a, b is
-off by y[a, b, t] (t - a)(t - b); the cubic is taken to be no worse, with the divided differences about both ends, of
-which one alone may miss a kink between them:
-
-    |y - y_cubic|  <=  (|y[a', a, b]| + |y[a, b, b']|) (t - a)(b - t),        a' < a < b < b' solved
-
-(at a corner twice the other one; on a leg without a time inside, half the change in its middle, what a monotone y may
-be off). Where that is above what solved times leave of the tolerance more rows are solved, by its second order.
+Cubics carry each quantity to the others, from corner to corner (`interpolant`). Where their error is above what solved
+times leave of the tolerance more rows are solved, by its second order.
 """
 
 from __future__ import annotations
@@ -18,14 +12,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
+from sits_mech.analysis.histories.interpolant import Interpolant
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.goal import Goal, farthest
@@ -40,7 +33,19 @@ from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, motio
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
-from sits_mech.quantities import POSE, WRENCH, Array, Bounded, Mask, MechanicalModel, Pose, Wrench, kept_report
+from sits_mech.quantities import (
+    POSE,
+    WRENCH,
+    Array,
+    Bounded,
+    Impedance,
+    MagneticModel,
+    Mask,
+    MechanicalModel,
+    Pose,
+    Wrench,
+    kept_report,
+)
 from sits_mech.readout.signals import told
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
@@ -66,28 +71,12 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
     layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
-    divided, own = _foreseen(history, BETWEEN * tolerance)
     left_out, names = counted_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
-    while True:
-        motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
-        check_clearance(sensor, motion.pose)
-        aim = aim_at(sensor, magnetics, tolerance, history.loads, farthest(motion.pose))
-        pose = motion.pose.components
-        poses = _bounded(sensor, left_out, pose, motion.error.components)
-        reading = read_poses(sensor, field if aim is None else aim.field, poses)
-        found, rows, goal = reading.impedance, _Rows(divided, own, motion), None if aim is None else aim.goal
-        values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
-        values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
-        every, off = rows.carried(values | {"pose": pose, "error_pose": motion.error.components,
-                                            "stretch": motion.stretch})
-        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
-        if goal is not None:
-            spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
-        most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
-        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values, off) / most)
-        if not more.any():
-            break
-        divided = replace(divided, solved=divided.solved | more)
+    asked = _Asked(sensor, history.loads, (layer, field), magnetics, tolerance, left_out)
+    divided, own = foreseen(history, BETWEEN * tolerance)
+    while (answer := asked.solved(divided, own, progress)).more.any():
+        divided = replace(divided, solved=divided.solved | answer.more)
+    rows, motion, found, goal, every, _ = answer
     poses, stretch = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose")), every.pop("stretch")
     columns: dict[str, Any] = {"given": ("time", rows.given)}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, rows.wrench.T, strict=True)}
@@ -106,6 +95,49 @@ def in_time(
         report=kept_report(motion.report),
     )
     return labelled(data)
+
+
+class _Answer(NamedTuple):
+    """Values of a history at all its times, by those that are solved, and what else is to be solved."""
+
+    rows: _Rows
+    motion: Motion
+    found: Impedance
+    goal: Goal | None
+    every: dict[str, Array]
+    more: Mask
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What a history is asked of."""
+
+    sensor: Sensor
+    loads: Sequence[Wrench]
+    models: tuple[MechanicalModel, MagneticModel]
+    magnetics: str
+    tolerance: float
+    left_out: Sequence[Omission]
+
+    def solved(self, divided: LoadHistory, own: Mask, progress: Progress) -> _Answer:
+        """Return the answer by the times of a history that are to be solved; `own` are those that are its rows."""
+        sensor, tolerance, (layer, field) = self.sensor, self.tolerance, self.models
+        motion = _with_symmetry(sensor, motion_of(sensor, layer, divided, progress))
+        check_clearance(sensor, motion.pose)
+        aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
+        pose, error = motion.pose.components, motion.error.components
+        reading = read_poses(sensor, field if aim is None else aim.field,
+                             _bounded(sensor, self.left_out, pose, error))
+        found, rows, goal = reading.impedance, _Rows(divided, own, motion), None if aim is None else aim.goal
+        values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
+        values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
+        every, off = rows.carried(values | {"pose": pose, "error_pose": error, "stretch": motion.stretch})
+        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
+        if goal is not None:
+            spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
+        most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
+        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values, off) / most)
+        return _Answer(rows, motion, found, goal, every, more)
 
 
 def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array) -> Bounded:
@@ -179,7 +211,7 @@ class _Rows:
         }, off
 
 
-def _foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
+def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
     """Divide a history for errors of interpolation; return also which times are its own.
 
     Half is for the load's own course in time, which is interpolated first, the other for what a response adds to it.
@@ -241,43 +273,3 @@ def _with_symmetry(sensor: Sensor, motion: Motion) -> Motion:
     kept = symmetry_of(sensor).projection(*loads)
     pose, error = motion.pose.components @ kept.T, motion.error.components @ np.abs(kept).T
     return replace(motion, pose=Pose.of(pose), error=Pose.of(error))
-
-
-class Interpolant(NamedTuple):
-    """Values (m, ...) at rising times (m,), monotone cubics from corner to corner of the load, ends held.
-
-    Where the load's rate jumps, or the load itself, the response has a kink.
-    """
-
-    time: Array
-    corners: Mask  # (m,), as of a `LoadHistory`
-    values: Array
-
-    def at(self, times: Array) -> tuple[Array, Array]:
-        """Return values and errors of interpolation, (n, ...), at other times (n,)."""
-        held, values = np.clip(times, self.time[0], self.time[-1]), self.values
-        found, error = (np.empty((*held.shape, *values.shape[1:])) for _ in range(2))
-        ends = np.flatnonzero(self.corners)
-        leg = np.clip(np.searchsorted(self.time[ends], held, side="right") - 1, 0, len(ends) - 2)
-        for number in np.unique(leg):
-            part, own = slice(ends[number], ends[number + 1] + 1), leg == number
-            found[own], error[own] = _on_leg(self.time[part], values[part], held[own])
-        return found, error
-
-
-def _on_leg(time: Array, values: Array, times: Array) -> tuple[Array, Array]:
-    """Return values and errors of interpolation between the times of one leg."""
-    h, shape = np.diff(time), (-1, *[1] * (values.ndim - 1))
-    if not h.all():  # a sudden change: what comes after it
-        last = np.broadcast_to(values[-1], (len(times), *values.shape[1:]))
-        return last, np.zeros_like(last)
-    if not np.isfinite(values).all():  # an unknown stretch, an unbounded error: the line
-        with np.errstate(invalid="ignore"):
-            last = np.apply_along_axis(partial(np.interp, times, time), 0, values)
-        return last, np.zeros_like(last)
-    slope, second = np.diff(values, axis=0) / h.reshape(shape), np.empty_like(values)
-    second[1:-1] = np.abs(np.diff(slope, axis=0)) / (h[1:] + h[:-1]).reshape(shape)
-    second[[0, -1]] = second[[1, -2]] if len(time) > 2 else np.abs(slope) / h[0]
-    left = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(h) - 1)
-    apart = ((times - time[left]) * (time[left + 1] - times)).reshape(shape)
-    return PchipInterpolator(time, values, axis=0)(times), (second[left] + second[left + 1]) * apart

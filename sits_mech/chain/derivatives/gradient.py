@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from sits_mech.arguments import checked_arguments
 from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
@@ -124,6 +125,7 @@ def sloped_model(
     return layer, choice
 
 
+@checked_arguments
 def gradient(
     sensor: Sensor, wrench: Wrench, names: Sequence[str], *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str = "auto", sideways: bool = False,

@@ -11,7 +11,7 @@ from sits_mech.geometry.plates import metal_parts
 from sits_mech.magnetics.axis.lines import CoaxialDisc
 from sits_mech.quantities import Array, Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 _APART = 1e-9  # off the axis by less than this is coaxial [m]
 
@@ -45,8 +45,7 @@ def not_coaxial(sensor: Sensor, model: str, shapes: tuple[str, ...] = ("disc",))
     """
     coil, plates = sensor.coils[0], metal_parts(sensor)
     if sensor.substrate_radius is not None:
-        got = millimetres(sensor.substrate_radius)
-        return Refusal("substrate_radius", f"be left out for {model}, of flat coils", got)
+        return Refusal("substrate_radius", f"be left out for {model}, of flat coils", mm(sensor.substrate_radius))
     if plates and len(sensor.coils) != 1:
         return Refusal("coils", f"be one over coaxial discs for {model}", f"{len(sensor.coils)}")
     if bent := next((each for each in sensor.coils if not each.is_round), None):

@@ -23,7 +23,7 @@ from skfem import MeshTri
 from sits_mech.geometry.meshing.unstructured import fill_between
 from sits_mech.geometry.plates import PlateSection
 from sits_mech.quantities import Array, Complex, Integers
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
 
@@ -91,9 +91,8 @@ def _outer_circle(plates: tuple[PlateSection, ...], around: float, ground: float
         return centre, 5.0 * float(np.abs(corners - centre).max()), int(around)
     reach = float(np.abs(corners).max())
     if reach >= ground:
-        reached = f"reach {millimetres(reach, 4)}"
         raise ValueError(
-            f"target.planar_boundary_radius: must enclose every plate ({reached}), got {millimetres(ground, 4)}"
+            f"target.planar_boundary_radius: must enclose every plate (reach {mm(reach)}), got {mm(ground)}"
         )
     radius = min(5.0 * reach, float(np.sqrt(reach * ground)))
     return 0j, radius, min(600, int(around * max(1.0, radius / (radius - reach) / 1.25)))

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.units import MM, millimetres
+from sits_mech.units import millimetres as mm
 
 _SWEPT = np.pi / 3.0  # of the arc, from the side face to 30 degrees from the plate
 _LEAST = 0.05  # thicknesses, the smallest radius that a mesh resolves
@@ -64,8 +64,8 @@ def fitting_fillet(fillet: Fillet, thickness: float) -> Fillet:
     most = min(tall, _FILL * room / (1.0 - np.cos(_SWEPT)))
     if not _LEAST <= fillet.radius <= most:
         raise ValueError(
-            f"elastomer.edge_radius: must lie between {MM * _LEAST * thickness:.4g} and {MM * most * thickness:.4g} mm "
-            f"for this layer and target; got {millimetres(fillet.radius * thickness, 4)}"
+            f"elastomer.edge_radius: must lie between {mm(_LEAST * thickness)} and {mm(most * thickness)} for this "
+            f"layer and target; got {mm(fillet.radius * thickness)}"
         )
     return fillet
 

@@ -43,7 +43,7 @@ from sits_mech.mechanics.pad.stack import covering, laws_of, layer_of_cells
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,8 +233,8 @@ def pad_parts(sensor: Sensor) -> tuple[Target, Elastomer]:
     thin = elastomer.diameter if elastomer.diameter is not None else min(elastomer.extent)
     if elastomer.thickness > HAIR * thin:
         raise SceneError(
-            f"elastomer.thickness: must be at most {HAIR:g} times its smallest width ({millimetres(thin)}) for the "
-            f"model 'block', which does not resolve hairs; got {millimetres(elastomer.thickness)}"
+            f"elastomer.thickness: must be at most {HAIR:g} times its smallest width ({mm(thin)}) for the "
+            f"model 'block', which does not resolve hairs; got {mm(elastomer.thickness)}"
         )
     return target, elastomer
 

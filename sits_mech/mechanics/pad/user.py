@@ -35,7 +35,7 @@ from sits_mech.mechanics.pad.solid import NumberedMesh, as_in, numbered, pad_par
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 if TYPE_CHECKING:
     from sits_mech.geometry.meshing.store import ReadSolid
@@ -204,8 +204,8 @@ def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
         worst = float(away[np.argmax(np.abs(away))])
         if abs(worst) > _SLACK:
             raise ValueError(
-                f"{name}: the group {group} must lie at z = {millimetres(level * t)} (elastomer.thickness is "
-                f"{millimetres(t)}); got a node at {millimetres((level + worst) * t)}"
+                f"{name}: the group {group} must lie at z = {mm(level * t)} (elastomer.thickness is "
+                f"{mm(t)}); got a node at {mm((level + worst) * t)}"
             )
     reach = 2.0 * t * np.abs(nodes[:, :2]).max(axis=0)
     if np.any(reach > (1.0 + _SLACK) * np.array(sizes.pad)):

@@ -29,7 +29,7 @@ from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
 from sits_mech.status import WORDS
-from sits_mech.units import millimetres
+from sits_mech.units import millimetres as mm
 
 KINDS = {
     "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
@@ -177,7 +177,7 @@ def point_name(row: xr.Dataset) -> str:
         unit = row[name].attrs.get("units", shown_unit(name) if name in UNITS else "")
         if not isinstance(value, float):
             return f"{value} {unit}".rstrip()
-        return millimetres(value, 4) if unit == "m" else f"{value:.4g} {unit}".rstrip()
+        return mm(value, 4) if unit == "m" else f"{value:.4g} {unit}".rstrip()
 
     return ", ".join(f"{name} = {words(str(name), row[name].item())}" for name in row["status"].coords)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from rich.table import Table
 
+from sits_mech.analysis.histories.price import HistoryPrice
 from sits_mech.analysis.ladder import LadderStep
 from sits_mech.chain.models import Candidate, Choice, Why
 from sits_mech.chain.plan import Plan, PlannedHalf
@@ -39,6 +40,13 @@ def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     rows += [("note", words) for words in sentences(found.notes)]
     finer_tables = [finer] if found.finer else []
     return [solved, *models, left_out_table(found.left_out), *finer_tables, key_table("overall", rows)]
+
+
+def history_table(found: HistoryPrice, source: str) -> Table:
+    """Return what a history takes as a table."""
+    rows = [("rows", f"{found.rows}"), ("solved", f"{found.solved} times at least, those between are interpolated"),
+            ("expected time", f"about {_short(found.seconds)} s on one core, by these")]
+    return key_table(source, rows)
 
 
 def taken_words(seconds: Mapping[str, float], counts: LoadForecast | None) -> str:

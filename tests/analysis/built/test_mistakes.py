@@ -10,7 +10,7 @@ import xarray as xr
 from sits_mech.analysis.bench import absolute, loads_over, table_impedance, with_idle
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.force_maps import force_maps_of
-from sits_mech.analysis.built.mistakes import as_read, mistake
+from sits_mech.analysis.built.mistakes import as_read, mistake, refuse_unlikely
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.cli.main import run
@@ -54,6 +54,43 @@ def test_slips_are_named(prior: Prior, slip, words: str) -> None:
         found = None
     assert found is None or found.p_value < 0.01
     assert np.any([word in mistake(prior, bench, found) for word in words.split("|")])
+
+
+def _nanohenries(bench: Measured) -> Measured:
+    """Numbers of nH under uH."""
+    return replace(bench, L=1e3 * bench.L)
+
+
+def _of_another(bench: Measured) -> Measured:
+    """Two thirds of the turns."""
+    return replace(bench, L=0.45 * bench.L)
+
+
+@pytest.mark.parametrize(
+    ("slip", "words"),
+    [(_swapped, "row [1-5], C[12]: must be what .* by the numbers before it between .* C1 and C2 seem swapped"),
+     (_signed, "F_x seems to have the other sign"), (_nanohenries, "row [1-5], C[12]: .* uH: .* nH given as uH"),
+     (_of_another, "row [1-5], C[12]: .* shows, between .* a unit is wrong, or the readings are of another sensor")],
+)
+def test_what_no_sensor_shows_is_refused_before_any_fit(prior: Prior, slip, words: str) -> None:
+    """In one line, with the number and its range; the readings as they are pass."""
+    bench = bench_of(prior, modulus=1.0, gap=4e-5, d_h=1e-4, alpha=0.02, lead=1e-8)
+    refuse_unlikely(prior, bench)
+    with pytest.raises(SceneError, match=words) as refused:
+        refuse_unlikely(prior, slip(bench))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_sensors_as_known_beforehand_are_never_refused(prior: Prior, seed: int) -> None:
+    """Two deviations off in all that is unknown, far softer than the table, or with a load that is not known."""
+    sign = np.random.default_rng(seed).choice([-2.0, 2.0], len(prior.setup.parameters))
+    built = {each.name: (each.value or 0.0) + k * each.deviation
+             for each, k in zip(prior.setup.parameters, sign.tolist(), strict=True)}
+    built["modulus"] = float(np.exp(built["modulus"] - 1.0))
+    bench = bench_of(prior, seed=seed, **built)
+    refuse_unlikely(prior, bench)
+    refuse_unlikely(prior, replace(bench, forces=np.where(LOADS == 1.2, np.nan, LOADS)))
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.histories.response import Interpolant, in_time, taken_layer
+from sits_mech.analysis.histories.interpolant import Interpolant
+from sits_mech.analysis.histories.response import in_time, taken_layer
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import Wrench
