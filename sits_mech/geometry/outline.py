@@ -23,6 +23,7 @@ _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width o
 _SHALLOW, _HALVED = 14.0, 0.5  # largest cell over that depth, but no smaller than a share of what is asked
 _TRIES = 4  # divisions of the rims, each twice as fine as the one before
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
+_ROWS = 1.4  # the same at most, of a part, over the mean width that rims leave: two rows across in three parts
 _LEVELS = 12  # of the lattice, each twice as coarse
 _OFF = 0.6 * (1.0 + 1e-6)  # lattice spacings of its points from the border at least, not as rounding says
 
@@ -235,8 +236,10 @@ def _lattice(cores: list[Array], grading: Grading) -> Array:
     low, high = cores[0].min(0), cores[0].max(0)
     from scipy.spatial import cKDTree
     border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
+    length = sum(np.linalg.norm(core - np.roll(core, 1, axis=0), axis=1).sum() for core in cores)
+    width = 2.0 * sum(map(signed_area, cores)) / length
     for level in range(_LEVELS):
-        spacing = _TRIANGLE * grading.largest * 2.0**level / grading.parts
+        spacing = min(_TRIANGLE * grading.largest, _ROWS * width) * 2.0**level / grading.parts
         end = grading.reach + (2.0 ** (level + 1) - 1.0) * grading.largest / BEYOND
         rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
         columns = np.arange(low[0] - spacing, high[0], spacing)

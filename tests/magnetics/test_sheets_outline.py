@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.constants import mu_0
+from scipy.sparse import vstack
+from scipy.sparse.linalg import spsolve
 
 from sits_mech.geometry.outline import Outline, outline_plan, read_outline
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
@@ -17,7 +19,7 @@ from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.boxes import box_means
-from sits_mech.magnetics.space.classes import stacked
+from sits_mech.magnetics.space.classes import problems, stacked
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
@@ -75,6 +77,25 @@ def test_division_fills_the_outline(outline: Outline) -> None:
     assert area.sum() == pytest.approx(loops[0] - sum(loops[1:]), rel=1e-9)
     edges = plan.nodes.shape[0] + plan.cells.shape[0] + len(loops) - 2  # Euler: V - E + F = 2 - loops
     assert len(plan_seams(plan).edges) == edges - int((plan.loop >= 0).sum())
+
+
+def test_resistance_around_a_hole_converges() -> None:
+    """Between rims closer than cells may be wide: R = 2 pi / (sigma t ln(b/a)), of second order in the cells' size."""
+    rims, found = Outline((circle(8.0, 24), circle(3.9, 20))), []
+    for parts in (2, 4, 6):
+        plan = outline_plan(rims, Grading(0.006, 34.0, 3.86, parts, reach=4.4))
+        loops = next(problems(plan, np.array([0.0, 1.0]), 0.0))[1].loops
+        each = [*(m.real.multiply(1.0 / np.sqrt(loops.volume)[:, None]) for m in loops.moments), loops.uneven.real]
+        rows = vstack(each).tocsc()
+        hole = int((plan.loop < 0).sum())  # its unknown: after those of the nodes inside
+        free = np.arange(rows.shape[1]) != hole
+        others = rows[:, np.flatnonzero(free)]
+        left = rows @ (np.arange(free.size) == hole)
+        left = left - others @ spsolve((others.T @ others).tocsc(), others.T @ left)
+        found.append(float(left @ left) * np.log(8.0 / 3.9) / (2 * np.pi) - 1.0)
+    coarse, fine = -np.diff(found)
+    assert coarse / fine == pytest.approx((1 / 4 - 1 / 16) / (1 / 16 - 1 / 36), rel=0.1)
+    assert abs(found[2] - 0.8 * fine) < 1e-3  # polygons for circles: 7e-4, and 8e-5 of twice the corners
 
 
 @pytest.mark.parametrize("mirror", [1, -1])

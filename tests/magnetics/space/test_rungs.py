@@ -36,7 +36,7 @@ def test_coarse_triangles_in_place_of_fine_ones_tell_no_less_than_they_are_asked
     square = ((-2e-3, -2e-3), (2e-3, -2e-3), (2e-3, 2e-3), (-2e-3, 2e-3))
     plane = Conductor(name="GND", material="copper", shape="outline", centre=(-4e-3, 0.0, -2e-3), points=square,
                       thickness=35e-6)
-    monkeypatch.setenv(MEMORY.variable, "0.003")
+    monkeypatch.setenv(MEMORY.variable, "0.005")
     sensor = load_sensor("biorob2018").model_copy(update={"target": None, "conductors": (plane,)})
     found = sheets(sensor, 1e-2).impedance(Pose(0.0, 2e-3), 1e5)
     assert any(note.kind is NoteKind.PLATE_TOO_LARGE for note in found.report.notes)
