@@ -87,7 +87,8 @@ class Sensor(BaseModel):
     substrate_radius : float or None
         Radius of the cylinder, its axis along y and below, on which the coils lie [m]; None where they lie flat.
     touch : Touch or None
-        What presses on the target, and where; by default forces act in the middle of its top face.
+        What presses on the target, and where; by default forces act in the middle of its top face. Wrenches on it are
+        about the touched point; one with moments touches elsewhere, at x + M/F_z, y - M_x/F_z (mechanics/touch.py).
 
     Examples
     --------

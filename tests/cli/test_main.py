@@ -1,5 +1,6 @@
 """The command line's contract: answers, exit codes, one line for each refusal, nothing half-written."""
 
+import csv
 import json
 import logging
 import math
@@ -802,3 +803,23 @@ def test_places_of_a_touch_on_the_command_line(capsys: Capture, tmp_path: Path, 
     asked = ["calibrate", "biorob2018-w15", "--set", SPHERE, "--fz", "0.1 N", "--touch", places, "-o", str(tmp_path)]
     assert run(asked) == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_table_over_places_is_read_back(capsys: Capture, tmp_path: Path) -> None:
+    """By force and place; what a touch elsewhere makes of the force, and which exports know places."""
+    folder, models = str(tmp_path / "places"), ("--mechanics", "linear", "--magnetics", "sheets", "--tolerance", "0.05")
+    grid = ("--fz", "0.2 N:0.8 N:4", "--touch", "x=-2 mm:2 mm:5", "-o", folder, "--accept")
+    assert run(["calibrate", "biorob2018-w15", "--set", SPHERE.replace("1 mm", "0 mm"), *grid, *models]) == 0
+    rows = list(csv.DictReader((tmp_path / "places" / "result.csv").read_text().splitlines()))
+    row = next(r for r in rows if float(r["F_z [N]"]) > 0.59 and float(r["touch_x [m]"]) == 1e-3)
+    readings = [f"--l{k}={row[f'L_terminal[C{k}] [H]']} H" for k in (1, 2)]
+    capsys.readouterr()
+    found = answer(capsys, "invert", folder, *readings)
+    assert found["forces"] == pytest.approx({"F_z": 0.6, "touch_x": 1e-3}, rel=0.02)
+    figures = answer(capsys, "quality", folder, "--within", "1 mm", "--noise", "1 pH")
+    assert 0.0 <= figures["misplaced"]["error"]["F_z"] < 0.02  # type: ignore[index]
+    assert run(["export", folder, "--to", "twin", "-o", str(tmp_path / "t")]) == 2
+    assert "of a table over touch_x" in capsys.readouterr().err
+    assert run(["export", folder, "--to", "c", "-o", str(tmp_path / "t.h")]) == 0
+    assert "touch_x [nm]" in (tmp_path / "t.h").read_text()

@@ -274,8 +274,10 @@ def _sensor_rows(record: Record) -> list[tuple[str, str]]:
         names = ", ".join(seen["resolved"]) or "no force on its own"
         rows.append(("resolved", f"{names}; for all six components: quality --components"))
     if "misplaced" in record:
-        far, errors = record["misplaced"]["within"], load_words(record["misplaced"]["error"])
-        rows.append(("touch elsewhere", f"by up to {1e3 * far:.4g} mm: up to {errors} off"))
+        off, by_map = record["misplaced"]["error"], record["error_by_map"]
+        words = [f"{name}: {figure_text(off[name], by_map[name], unit=shown_unit(name))}" for name in off]
+        far = f"{1e3 * record['misplaced']['within']:.4g} mm"
+        rows.append(("touch elsewhere", f"up to {far} away, change of {', '.join(words)}"))
     lag = [f"{100.0 * part:.3g} % of {name}" for name, part in record["hysteresis"].items() if np.isfinite(part)]
     rows += [("hysteresis", f"{', '.join(lag)}, loading against unloading")] if lag else []
     if "components" in record:
