@@ -15,6 +15,7 @@ from sits_mech.inputs import FORM
 from sits_mech.scene.bounds import Length, SiliconeOrName, Stretch
 from sits_mech.scene.elastomer import THINNEST, Elastomer
 from sits_mech.scene.materials import silicones
+from sits_mech.scene.outlines import Loop, circle
 from sits_mech.scene.parts import Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SLACK, SceneError, shown
@@ -55,6 +56,11 @@ class Cover(BaseModel):
             for own, size in zip(target.extent, elastomer.extent, strict=True)
         )
         return x, y
+
+    def rim(self, target: Target, elastomer: Elastomer) -> Loop:
+        """Return the corners of its outline around its middle, of a round one of the polygon that stands for it [m]."""
+        a, b = (0.5 * size for size in self.extent(target, elastomer))
+        return circle(a) if target.is_round else ((-a, -b), (a, -b), (a, b), (-a, b))
 
     @property
     def words(self) -> str:

@@ -20,7 +20,7 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
-from sits_mech.scene.outlines import circle, inside_loops
+from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Cover, Elastomer, Sensor, Target
 from sits_mech.units import MM
 
@@ -112,7 +112,7 @@ def _plates(sensor: Sensor) -> list[Plate]:
         found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
     if sensor.cover is not None and layer is not None and target is not None:
         size = sensor.cover.extent(target, layer)
-        own = (MM * np.array(_rim(size, target.is_round)),)
+        own = (MM * np.array(sensor.cover.rim(target, layer)),)
         words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * sensor.cover.thickness:.4g} over the target"
         top = rest + MM * (target.thickness + sensor.cover.thickness)
         found.append(Plate("cover", own, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8"))
@@ -120,12 +120,6 @@ def _plates(sensor: Sensor) -> list[Plate]:
         own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
         found.append(Plate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
-
-
-def _rim(size: tuple[float, float], is_round: bool) -> Sequence[tuple[float, float]]:
-    """Return the rim of a rectangle or a disc around the origin [m]."""
-    a, b = 0.5 * size[0], 0.5 * size[1]
-    return circle(a) if is_round else [(-a, -b), (a, -b), (a, b), (-a, b)]
 
 
 def _disc(coil: Coil) -> Array:
