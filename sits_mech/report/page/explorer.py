@@ -214,21 +214,26 @@ def parts_of(sensor: Sensor) -> Record:
     coils = [_coil(coil) for coil in sensor.coils]
     layer, target = sensor.elastomer, sensor.target
     rest = 0.0 if layer is None else MM * (layer.standoff + layer.thickness)
-    pad = plate = over = None
+    pad = plate = None
     if layer is not None:
         rims = [(MM * own.rim).round(6).tolist() for own in pad_outlines(layer, target)]
         pad = {"loops": rims, "bottom": MM * layer.standoff}
     if target is not None:
         loops = [(MM * np.array(loop)).round(6).tolist() for loop in target_outline(target).loops]
         plate = {"loops": loops, "thickness": MM * target.thickness}
-    if sensor.cover is not None and layer is not None and target is not None:
-        rim = (MM * np.array(sensor.cover.rim(target, layer))).round(6).tolist()
-        over = {"loops": [rim], "thickness": MM * sensor.cover.thickness}
     radius = None if sensor.substrate_radius is None else MM * sensor.substrate_radius
     return {
-        "coils": coils, "pad": pad, "target": plate, "cover": over, "rest": rest, "substrate": radius,
+        "coils": coils, "pad": pad, "target": plate, "cover": _cover(sensor), "rest": rest, "substrate": radius,
         "fixed": [_fixed(part) for part in sensor.conductors],
     }
+
+
+def _cover(sensor: Sensor) -> Record | None:
+    """Return a cover, from above and over the target."""
+    cover, layer, target = sensor.cover, sensor.elastomer, sensor.target
+    if cover is None or layer is None or target is None:
+        return None
+    return {"loops": [(MM * np.array(cover.rim(target, layer))).round(6).tolist()], "thickness": MM * cover.thickness}
 
 
 def _coil(coil: Coil) -> Record:

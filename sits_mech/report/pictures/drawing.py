@@ -110,16 +110,22 @@ def _plates(sensor: Sensor) -> list[Plate]:
         rims = tuple(MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
         found.append(Plate("pad", rims, bottom, rest, sizes, "#efcf9f"))
-    if sensor.cover is not None and layer is not None and target is not None:
-        size = sensor.cover.extent(target, layer)
-        own = (MM * np.array(sensor.cover.rim(target, layer)),)
-        words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * sensor.cover.thickness:.4g} over the target"
-        top = rest + MM * (target.thickness + sensor.cover.thickness)
-        found.append(Plate("cover", own, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8"))
     if target is not None:
+        found += _cover(sensor, target, rest)
         own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
         found.append(Plate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
+
+
+def _cover(sensor: Sensor, target: Target, rest: float) -> list[Plate]:
+    """Return the cover on a pad whose upper face is at a height [mm]; none without one."""
+    cover, layer = sensor.cover, sensor.elastomer
+    if cover is None or layer is None:
+        return []
+    rim, size = (MM * np.array(cover.rim(target, layer)),), cover.extent(target, layer)
+    words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * cover.thickness:.4g} over the target"
+    top = rest + MM * (target.thickness + cover.thickness)
+    return [Plate("cover", rim, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8")]
 
 
 def _disc(coil: Coil) -> Array:
