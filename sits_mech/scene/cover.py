@@ -15,6 +15,7 @@ from sits_mech.inputs import FORM
 from sits_mech.scene.bounds import Length, SiliconeOrName, Stretch
 from sits_mech.scene.elastomer import THINNEST, Elastomer
 from sits_mech.scene.materials import silicones
+from sits_mech.scene.outlines import Loop, circle
 from sits_mech.scene.parts import Target
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SLACK, SceneError, shown
@@ -56,6 +57,11 @@ class Cover(BaseModel):
         )
         return x, y
 
+    def rim(self, target: Target, elastomer: Elastomer) -> Loop:
+        """Return the corners of its outline around its middle, of a round one of the polygon that stands for it [m]."""
+        a, b = (0.5 * size for size in self.extent(target, elastomer))
+        return circle(a) if target.is_round else ((-a, -b), (a, -b), (a, b), (-a, b))
+
     @property
     def words(self) -> str:
         """Its silicone by name for a reader; empty where it has none."""
@@ -67,6 +73,21 @@ def check_cover(cover: Cover, target: Target | None, elastomer: Elastomer | None
     if target is None or elastomer is None:
         missing = "target" if target is None else "elastomer"
         raise SceneError(f"cover must have a target and an elastomer to be bonded on; {missing} is missing")
+    _check_pad(target, elastomer)
+    room = _room(target, elastomer)
+    if cover.overhang > room * (1.0 + SLACK):
+        raise SceneError(f"cover.overhang must be at most {room:g} m, or it reaches beyond the pad; got "
+                         f"{cover.overhang:g} m")
+    least = THINNEST * elastomer.thickness
+    sizes = {"cover.thickness": cover.thickness, "cover.overhang": cover.overhang, "target.thickness": target.thickness}
+    for key, size in sizes.items():
+        if size < least:
+            raise SceneError(f"{key} must be at least {THINNEST:g} of the pad's thickness, {least:g} m, with a cover; "
+                             f"got {size:g} m")
+
+
+def _check_pad(target: Target, elastomer: Elastomer) -> None:
+    """Refuse a pad and a target that take no cover."""
     if target.loops:
         raise SceneError(f"target.shape must be 'rectangle' or 'disc' under a cover; got {shown(target.shape)}")
     if elastomer.kind == "pillars":
@@ -74,21 +95,10 @@ def check_cover(cover: Cover, target: Target | None, elastomer: Elastomer | None
     for key in ("mesh", "edge_radius"):
         if getattr(elastomer, key) is not None:
             raise SceneError(f"elastomer.{key} must be left out under a cover; got {shown(getattr(elastomer, key))}")
-    room = _room(target, elastomer)
-    if not 0.0 < room < math.inf:
+    if not 0.0 < _room(target, elastomer) < math.inf:
         sizes = [" x ".join(f"{size:g}" for size in part.extent) for part in (target, elastomer)]
         raise SceneError(f"cover must have pad around the target to be bonded on; a target of {sizes[0]} m covers one "
                          f"of {sizes[1]} m")
-    if cover.overhang > room * (1.0 + SLACK):
-        raise SceneError(f"cover.overhang must be at most {room:g} m, or it reaches beyond the pad; got "
-                         f"{cover.overhang:g} m")
-    least = THINNEST * elastomer.thickness
-    sizes_of = {"cover.thickness": cover.thickness, "cover.overhang": cover.overhang,
-                "target.thickness": target.thickness}
-    for key, size in sizes_of.items():
-        if size < least:
-            raise SceneError(f"{key} must be at least {THINNEST:g} of the pad's thickness, {least:g} m, with a cover; "
-                             f"got {size:g} m")
 
 
 def _room(target: Target, elastomer: Elastomer) -> float:

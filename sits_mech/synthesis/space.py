@@ -41,7 +41,8 @@ def size_of(sensor: Sensor) -> dict[str, float]:
                  np.max([each.places[0] + half for each, half in zip(solids, reach, strict=True)], axis=0))
     layer, target = sensor.elastomer, sensor.target
     top = 0.0 if layer is None else layer.standoff + layer.thickness
-    for part, upper in ((layer, top), (target, top + (0.0 if target is None else target.thickness))):
+    over = 0.0 if sensor.cover is None else sensor.cover.thickness
+    for part, upper in ((layer, top), (target, top + over + (0.0 if target is None else target.thickness))):
         if part is not None:
             half = np.array(part.extent) / 2.0
             low, high = np.minimum(low, [*-half, 0.0]), np.maximum(high, [*half, upper])

@@ -7,13 +7,15 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
 from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.mechanics.layer import axisymmetric_pad, planar_layer
+from sits_mech.mechanics.layer import axisymmetric_pad, deformed_mesh, planar_layer
 from sits_mech.mechanics.linear import linear_layer, linear_pad
 from sits_mech.mechanics.models import ends_of_pad, strain_bound
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.mechanics.pad.stack import covering, layer_of_cells
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import Wrench
+from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import load_sensor
 
@@ -211,3 +213,32 @@ def test_derivatives_by_numbers_of_a_cover_are_those_of_solves(shape):
         step = 1e-3 * one.value
         up, down = (block_pad(one.changed(way * step), 0.1).equilibrium(load).pose.components for way in (1, -1))
         assert found.pose[:3, column] == pytest.approx((up - down)[:3] / (2.0 * step), rel=1e-3, abs=1e-9)
+
+
+def area_at_rest(section):
+    """Of the quads of a deformed section before the load [mm^2]."""
+    x, z = 1e3 * np.moveaxis(section.rest[section.quads], -1, 0)
+    return float(np.abs(0.5 * (x * np.roll(z, -1, axis=1) - np.roll(x, -1, axis=1) * z).sum(axis=1)).sum())
+
+
+def test_pictures_show_pad_and_cover_without_the_target():
+    model = axisymmetric_pad(scene(DISC), 0.1)
+    section = deformed_mesh(model, model.equilibrium(Wrench(F_z=0.1)))
+    assert area_at_rest(section) == pytest.approx(14 * 2 + 11 * 1.4 - 8 * 0.4, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("load", "angle"), [(Wrench(F_z=0.1), 0.0), (Wrench(F_x=0.05, F_y=0.05), np.pi / 4)])
+def test_pictures_in_space_show_pad_and_cover_without_the_target(load, angle):
+    model = block_pad(scene(DISC), 0.1)
+    section = deformed_section(model, model.equilibrium(load), angle)
+    assert area_at_rest(section) == pytest.approx(14 * 2 + 11 * 1.4 - 8 * 0.4, rel=0.06 if angle else 1e-9)
+
+
+@pytest.mark.slow
+def test_a_pressed_pad_that_folds_onto_the_ground_is_held_there_on_the_meridian_and_in_space():
+    sensor, load = scene(('diameter="9 mm"', DISC[1]), beyond=0.5), Wrench(F_z=5.0)
+    own, solid = axisymmetric_pad(sensor, 1e-2).equilibrium(load), block_pad(sensor, 0.1).equilibrium(load)
+    for found in (own, solid):
+        assert [note.kind for note in found.report.notes] == [NoteKind.FACE_TOUCHES]
+    assert abs(own.pose.d_v - solid.pose.d_v) <= own.error.d_v + solid.error.d_v

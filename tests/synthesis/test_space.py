@@ -38,6 +38,11 @@ def test_sizes_hold_all_parts() -> None:
     assert found["footprint.x"] == pytest.approx(max(20e-3, 8e-3 + coil.extent[0]))
 
 
+def test_a_cover_is_as_high_as_it_stands_over_the_target() -> None:
+    covered = load_sensor("biorob2018", ['cover={material="ecoflex-00-30", thickness="1.5 mm", overhang="1 mm"}'])
+    assert size_of(covered)["height"] == pytest.approx(size_of(SENSOR)["height"] + 1.5e-3)
+
+
 def test_the_least_sizes_are_those_of_the_smallest_scene() -> None:
     """Thinnest layer and fewest turns; too many corners are not looked at."""
     smallest = SPACE.sensor(Design((0,), (0.0, 0.0)))

@@ -31,6 +31,8 @@ from sits_mech.mechanics.loads import Settled
 from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.readout.loads import fixed, points, request_of, varied, wrench_of
+from sits_mech.scene.cover import Cover
+from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.parameters import keys_of
 from sits_mech.scene.sensor import Sensor, Tolerances, changed
 from sits_mech.scene.thermal import stiffer
@@ -92,10 +94,14 @@ def corrected_sensor(found: Adaptation) -> Sensor:
         thickness, gap = layer.thickness + _value(found, "thickness", 0.0), _value(found, "gap", 0.0)
         film = max(layer.standoff + gap, 0.0)
         modulus, stiffening = _value(found, "modulus", 1.0), _value(found, "stiffening", 0.0)
-        layer = layer.of_thickness(thickness).remade(
-            lambda each: {"material": _silicone(each.silicone, modulus, stiffening)}, standoff=film
-        )
-        sensor = sensor.model_copy(update={"elastomer": layer})
+
+        def made(each: Layer | Cover) -> dict[str, Silicone]:
+            """Return the silicone of a layer, or of the cover, as it was found."""
+            return {"material": _silicone(each.silicone, modulus, stiffening)}
+
+        layer = layer.of_thickness(thickness).remade(made, standoff=film)
+        cover = None if sensor.cover is None else sensor.cover.model_copy(update=made(sensor.cover))
+        sensor = sensor.model_copy(update={"elastomer": layer, "cover": cover})
     readout = sensor.readout
     keys += [f"readout.lead_inductance={readout.lead_inductance + _value(found, 'lead', 0.0)!r}"]
     C = readout.parallel_capacitance

@@ -18,8 +18,8 @@ from sits_mech.store import Row
 
 TOP = ("frequency", "substrate_radius")  # keys of a scene that stand in no table
 Item = tuple[str, str]
-_SILICONE = "elastomer.material"
-_NOT_OF_COILS = ("elastomer", "readout", "tolerances", "mechanics")
+_SILICONE = ("elastomer.material", "cover.material")
+_NOT_OF_COILS = ("elastomer", "cover", "readout", "tolerances", "mechanics")
 _NOT_OF_PAD = ("coils", "conductors", "frequency", "substrate_radius", "readout", "tolerances", "magnetics")
 
 

@@ -188,18 +188,17 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
         return *fillet_lines(fillet, cells, grading), corners
     breaks = [-half_layer, half_layer] if fillet.flush else [-half_layer, -half_target, half_target, half_layer]
     levels = [0.0, *(each.height for each in between), 1.0]
+    rims = list[tuple[float, float]]()
     if cover is not None:
-        outer = [cover.half_x] if half_layer - cover.half_x > 1e-9 else []
-        breaks, levels = sorted([*breaks, *outer, *(-each for each in outer)]), [*levels, *cover.levels]
+        breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
+        rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
     x, z = (
         graded_lines(ends, [matched_cells(b - a, 1.0, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
-    if cover is not None:
-        rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
-        sides += [(side * a, b) for a, b in rims for side in (-1.0, 1.0)]
-    return x, z, [(-half_layer, 0.0), (half_layer, 0.0), (-half_target, 1.0), (half_target, 1.0), *sides]
+    rims += [(half_layer, 0.0), (half_target, 1.0)]
+    return x, z, [*((side * a, b) for a, b in rims for side in (-1.0, 1.0)), *sides]
 
 
 @lru_cache(maxsize=32)
@@ -219,9 +218,8 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     outline = PlateOutline(half, half if axial else _ENDLESS, axial)
     if cover is not None:
         X[:, 2] = z[top] - 1.0
-        line, none = covered_faces(mesh, half_layer, cover), np.zeros(0, dtype=np.int64)
-        faces = Faces(line[1:] if axial else line[1:-1], none, none, outline, (line,), section_skin(mesh, (line,)))
-        return _Numbered(mesh, free, bonded, X, faces, (("ground", edge_points(mesh, [line])),))
+        line = covered_faces(mesh, half_layer, cover)
+        return _Numbered(mesh, free, bonded, X, _around(mesh, outline, line), (("ground", edge_points(mesh, [line])),))
     sides, beside = side_faces(mesh), top_faces(mesh, half)
     inner = np.concatenate([face[1:-1] for face in sides])
     above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in beside)])
@@ -232,6 +230,12 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     ground, other = edge_points(mesh, sides), edge_points(mesh, beside) if beside else edge_points(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
+
+
+def _around(mesh: MixedMesh, target: PlateOutline, line: Integers) -> Faces:
+    """Return the free faces of a covered layer along a line, none of which can meet the target."""
+    none = np.zeros(0, dtype=np.int64)
+    return Faces(line[1:] if mesh.hoop else line[1:-1], none, none, target, (line,), section_skin(mesh, (line,)))
 
 
 def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) -> tuple[Part, ...]:

@@ -69,7 +69,7 @@ def covering(sensor: Sensor) -> Covering | None:
         return None
     t, pad = elastomer.thickness, elastomer.extent
     each = zip(cover.extent(target, elastomer), pad, strict=True)
-    x, y = (widened(own / (2.0 * t), size / (2.0 * t)) for own, size in each)
+    x, y = (widened(min(own, size) / (2.0 * t), size / (2.0 * t)) for own, size in each)
     return Covering(x, y, target.thickness / t, cover.thickness / t)
 
 

@@ -212,7 +212,7 @@ def table(sensor: Sensor, data: xr.Dataset, read: Readings, items: list[Record],
 
 
 def parts_of(sensor: Sensor) -> Record:
-    """Return coils, pad, target and fixed plates in millimetres: outlines from above, heights."""
+    """Return coils, pad, target, cover and fixed plates in millimetres: outlines from above, heights."""
     coils = [_coil(coil) for coil in sensor.coils]
     layer, target = sensor.elastomer, sensor.target
     rest = 0.0 if layer is None else MM * (layer.standoff + layer.thickness)
@@ -225,9 +225,17 @@ def parts_of(sensor: Sensor) -> Record:
         plate = {"loops": loops, "thickness": MM * target.thickness}
     radius = None if sensor.substrate_radius is None else MM * sensor.substrate_radius
     return {
-        "coils": coils, "pad": pad, "target": plate, "rest": rest, "substrate": radius,
+        "coils": coils, "pad": pad, "target": plate, "cover": _cover(sensor), "rest": rest, "substrate": radius,
         "fixed": [_fixed(part) for part in sensor.conductors],
     }
+
+
+def _cover(sensor: Sensor) -> Record | None:
+    """Return a cover, from above and over the target."""
+    cover, layer, target = sensor.cover, sensor.elastomer, sensor.target
+    if cover is None or layer is None or target is None:
+        return None
+    return {"loops": [(MM * np.array(cover.rim(target, layer))).round(6).tolist()], "thickness": MM * cover.thickness}
 
 
 def _coil(coil: Coil) -> Record:

@@ -51,6 +51,7 @@ function planView() {
   svg.setAttribute("viewBox", [-x, -y, 2 * x, 2 * y].join(" "));
   const thin = x / 260, size = x / 13;
   if (scene.pad) svgNode("path", { d: toPath(scene.pad.loops), fill: INK.pad, stroke: INK.padRim, "stroke-width": thin, opacity: 0.75 }, svg);
+  if (scene.cover) svgNode("path", { d: toPath(scene.cover.loops), fill: INK.pad, stroke: INK.padRim, "stroke-width": thin, opacity: 0.75 }, svg);
   for (const part of scene.fixed) svgNode("path", { d: toPath(part.loops), fill: INK.fixed, "fill-rule": "evenodd", opacity: 0.5 }, svg);
   const many = scene.coils.length > 9;
   for (const coil of scene.coils) {
@@ -95,13 +96,14 @@ function sectionView() {
   const svg = byId("stage"), deep = Math.max(...scene.coils.map((coil) => coil.thickness / 2 - Math.min(...coil.heights)));
   const width = Math.max(...(scene.pad ? scene.pad.loops.flat().map((p) => Math.hypot(...p)) : [0])), flat = !place.has("F_y") && !place.has("M_x");
   const reach = Math.max(scene.pad ? (flat ? reaches(scene.pad.loops)[0] : width) * 1.12 : 0, ...scene.coils.map((coil) => Math.abs(coil.centre[0]) + outer(coil)), ...(scene.target ? reaches(scene.target.loops) : [])) + 0.3;
-  const thick = scene.target ? scene.target.thickness : 0, top = Math.max(scene.rest + thick + 2.4, (data.most_high ?? 0) + 0.3), bend = scene.substrate ? reach * reach / scene.substrate / 2 : 0;
+  const thick = scene.target ? scene.target.thickness : 0, over = scene.cover ? scene.cover.thickness : 0, top = Math.max(scene.rest + thick + over + 2.4, (data.most_high ?? 0) + 0.3), bend = scene.substrate ? reach * reach / scene.substrate / 2 : 0;
   const view = { x: -reach, y: -top, width: 2 * reach, height: top + deep + 0.5 + bend };
   svg.setAttribute("viewBox", [view.x, view.y, view.width, view.height].join(" "));
   svgNode("rect", { x: view.x, y: 0, width: view.width, height: view.y + view.height, fill: "#d9e6dd" }, svg);
   svgNode("line", { x1: view.x, x2: -view.x, y1: 0, y2: 0, stroke: "#9db3a6", "stroke-width": 0.03 }, svg);
   if (data.most_high != null) svgNode("line", { x1: view.x, x2: -view.x, y1: -data.most_high, y2: -data.most_high, stroke: INK.out, "stroke-width": 0.06, "stroke-dasharray": "0.3 0.2", class: "asked" }, svg);
   const bars = svgNode("g", {}, svg), layer = svgNode("path", { fill: INK.pad, stroke: INK.padRim, "stroke-width": 0.04, opacity: 0.92 }, svg);
+  const skin = svgNode("path", { fill: INK.pad, stroke: INK.padRim, "stroke-width": 0.04, opacity: 0.92 }, svg);  // its foot drawn at rest
   const ghost = svgNode("path", { fill: "none", stroke: INK.ghost, "stroke-width": 0.05, "stroke-dasharray": "0.18 0.14" }, svg);
   const plate = svgNode("path", { fill: INK.copper, stroke: INK.rim, "stroke-width": 0.04, id: "plate" }, svg), arrow = arrowNodes(svg);
   const bent = ([s, z]) => { const R = scene.substrate; return R ? [(R + z) * Math.sin(s / R), (R + z) * Math.cos(s / R) - R] : [s, z]; };
@@ -140,6 +142,7 @@ function sectionView() {
     const pieces = chords(scene.target.loops, angle), boxes = (how) => pieces.map(([a, b]) => [place2(how, a, 0), place2(how, b, 0), place2(how, b, t), place2(how, a, t)]);
     plate.setAttribute("d", toPath(boxes(now)));
     ghost.setAttribute("d", toPath(boxes(still)));
+    if (scene.cover) skin.setAttribute("d", toPath(chords(scene.cover.loops, angle).map(([a, b]) => [place2(still, a, 0), place2(still, b, 0), place2(now, b, t + over), place2(now, a, t + over)])));
     if (!pieces.length) return;
     if (scene.pad) layer.setAttribute("d", chords(scene.pad.loops, angle).map(([from, to]) => {  // bonded where the target is
       const ends = [Math.max(from, pieces[0][0]), Math.min(to, pieces[pieces.length - 1][1])], [left, right] = ends.map((q) => place2(now, q, 0)).map(([q, z]) => [q, -z]);

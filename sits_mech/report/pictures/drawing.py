@@ -21,7 +21,7 @@ from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
 from sits_mech.report.pictures.indenter import draw_from_above, draw_from_the_side, height_shown
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
-from sits_mech.scene.outlines import circle, inside_loops
+from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Cover, Elastomer, Sensor, Target
 from sits_mech.units import MM
 
@@ -112,22 +112,22 @@ def _plates(sensor: Sensor) -> list[DrawnPlate]:
         rims = tuple(MM * own.rim for own in pad_outlines(layer, target))
         sizes = _sizes(layer) if layer.kind != "pillars" else f"{len(rims)} pillars {_sizes(layer)}"
         found.append(DrawnPlate("pad", rims, bottom, rest, sizes, "#efcf9f"))
-    if sensor.cover is not None and layer is not None and target is not None:
-        size = sensor.cover.extent(target, layer)
-        own = (MM * np.array(_rim(size, target.is_round)),)
-        words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * sensor.cover.thickness:.4g} over the target"
-        top = rest + MM * (target.thickness + sensor.cover.thickness)
-        found.append(DrawnPlate("cover", own, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8"))
     if target is not None:
+        found += _cover(sensor, target, rest)
         own = tuple(MM * np.array(loop) for loop in target_outline(target).loops)
         found.append(DrawnPlate("target", own, rest, rest + MM * target.thickness, _sizes(target) + where, "#b87333"))
     return found
 
 
-def _rim(size: tuple[float, float], is_round: bool) -> Sequence[tuple[float, float]]:
-    """Return the rim of a rectangle or a disc around the origin [m]."""
-    a, b = 0.5 * size[0], 0.5 * size[1]
-    return circle(a) if is_round else [(-a, -b), (a, -b), (a, b), (-a, b)]
+def _cover(sensor: Sensor, target: Target, rest: float) -> list[DrawnPlate]:
+    """Return the cover on a pad whose upper face is at a height [mm]; none without one."""
+    cover, layer = sensor.cover, sensor.elastomer
+    if cover is None or layer is None:
+        return []
+    rim, size = (MM * np.array(cover.rim(target, layer)),), cover.extent(target, layer)
+    words = f"{_by(size[: 1 if target.is_round else 2])}, {MM * cover.thickness:.4g} over the target"
+    top = rest + MM * (target.thickness + cover.thickness)
+    return [DrawnPlate("cover", rim, rest, top, f"{'⌀ ' * target.is_round}{words}", "#d9c9a8")]
 
 
 def _disc(coil: Coil) -> Array:

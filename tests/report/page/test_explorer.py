@@ -45,6 +45,13 @@ def test_straight_tracks_are_drawn_as_lines() -> None:
     assert square["lines"][0][0] == square["lines"][0][-1] and square["reach"] == pytest.approx(3.25 * 2**0.5)
 
 
+def test_a_cover_has_its_outline_and_what_is_over_the_target() -> None:
+    cover = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1.5 mm"}'
+    found = explorer.parts_of(load_sensor("biorob2018", [cover]))["cover"]
+    assert found == {"loops": [[[-5.5, -5.5], [5.5, -5.5], [5.5, 5.5], [-5.5, 5.5]]], "thickness": 1.0}
+    assert explorer.parts_of(load_sensor("biorob2018"))["cover"] is None
+
+
 def test_fixed_plates_keep_their_holes() -> None:
     """Rim and hole in the scene's places, in millimetres."""
     hole = "holes=[[[2e-3, -1e-3], [4e-3, -1e-3], [3e-3, 0]]]"

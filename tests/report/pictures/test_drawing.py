@@ -27,6 +27,16 @@ def test_sizes_are_written() -> None:
     assert "section A, y = 0" in texts(figure) and figure.axes[0].get_aspect() == 1.0 == figure.axes[1].get_aspect()
 
 
+def test_a_cover_is_drawn_around_its_target() -> None:
+    """8 mm in the plan's y and 15 in x, 1.5 mm beyond; as high as target and what is over it, and the target within."""
+    figure = scene_drawing(changed(PAIR, ['cover={material="dragon-skin-30", thickness="1 mm", overhang="1.5 mm"}']))
+    assert {"cover 18", "cover 11", "cover 1.2", "target 0.2"} <= texts(figure)
+    assert "cover: 18 x 11, 1 over the target, dragon-skin-30" in figure.get_supxlabel()
+    pad, cover, target = (own.get_paths()[0].vertices for own in figure.axes[1].collections[:3])
+    np.testing.assert_allclose([np.ptp(each[:, 1]) for each in (pad, cover, target)], [2.0, 1.2, 0.2], atol=1e-9)
+    np.testing.assert_allclose([each[:, 1].min() for each in (cover, target)], 2.0, atol=1e-9)
+
+
 def test_pillars_are_drawn_one_by_one() -> None:
     """Nine, three of them cut at y = 0, of 6.5 mm from rim to rim; wide targets beside narrower pads."""
     keys = ['elastomer.shape="pillars"', 'elastomer.pitch="2.5 mm"', 'elastomer.diameter="1.5 mm"']
