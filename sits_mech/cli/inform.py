@@ -130,7 +130,7 @@ def explain(
     """
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     if history is not None and (ladder or wrench.components.any()):
-        raise SceneError("--history: must be given without a load or --ladder; got both")
+        raise SceneError(f"--history: must be given without a load or --ladder; got {'--ladder' if ladder else 'a load'}")
     if history is not None:
         from sits_mech.analysis.histories.price import history_price, largest
         from sits_mech.analysis.histories.read import read_history
