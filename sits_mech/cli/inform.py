@@ -130,7 +130,8 @@ def explain(
     """
     sensor, wrench = sensor_of(scene, overrides), load.wrench()
     if history is not None and (ladder or wrench.components.any()):
-        raise SceneError(f"--history: must be given without a load or --ladder; got {'--ladder' if ladder else 'a load'}")
+        came = "--ladder" if ladder else "a load"
+        raise SceneError(f"--history: must be given without a load or --ladder; got {came}")
     if history is not None:
         from sits_mech.analysis.histories.price import history_price, largest
         from sits_mech.analysis.histories.read import read_history
