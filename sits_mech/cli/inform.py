@@ -131,7 +131,8 @@ def explain(
     sensor = sensor_of(scene, overrides)
     wrench = load.wrench(sensor)
     if history is not None and (ladder or wrench.components.any()):
-        raise SceneError("--history: must be given without a load or --ladder; got both")
+        came = "--ladder" if ladder else "a load"
+        raise SceneError(f"--history: must be given without a load or --ladder; got {came}")
     if history is not None:
         from sits_mech.analysis.histories.price import history_price, largest
         from sits_mech.analysis.histories.read import read_history

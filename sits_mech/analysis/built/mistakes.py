@@ -43,6 +43,7 @@ _UNITS = {
 _FAR = 6.0  # deviations of one number: further than a fit follows two unknowns to their ends at once (`setup._WIDE`)
 _CLEAR = float(np.log(1e6))  # ln of B: one in a million right readings is refused at most
 _AS_CLEAR = float(np.log(10.0))  # below the best one: causes that are named together
+_WELL = 0.5  # p of `predictive` above which no slip is looked for
 _POSSIBLE = 1e-3  # p of `predictive` of readings that a slip explains
 _TRIED = 2  # slips that are fitted
 _TWO_SIDED = float(norm.isf(0.025))
@@ -61,7 +62,10 @@ def refuse_unlikely(prior: Prior, measured: Measured, load_noise: float | None =
     forces, L = measured.forces[seen], measured.L[seen]
     (low, high), found = known.ends(forces, _FAR), known.likeliest(forces, L)
     off, where = np.abs(L - 0.5 * (low + high)) / (high - low), "between"
-    beyond, slips = bool(np.any(off > 0.5)), _likely(known, measured)
+    beyond = bool(np.any(off > 0.5))
+    if not beyond and found.p > _WELL:
+        return
+    slips = _likely(known, measured)
     best = max((one.evidence for one in slips), default=-np.inf)
     if not beyond and best - found.evidence < _CLEAR:
         return

@@ -144,16 +144,19 @@ class Prior:
         spread = np.einsum("mnp,pq,moq->mno", by, covariance, by) + np.diag(self.noise**2 + self.model**2)
         return np.asarray(answers @ spread @ answers.swapaxes(1, 2))
 
+    def slopes_at(self, p: Array, forces: Array) -> tuple[Array, Array]:
+        """Return derivatives of inductances at loads (m, d) by unknowns, (m, n, p), and by loads, (m, n, d); kept."""
+        key, kept = p.tobytes() + forces.tobytes(), self._slopes
+        if key not in kept:
+            kept[key] = self.bench(forces).derivatives(p)
+        return kept[key]
+
     def force_slopes(self, p: Array, forces: Array) -> tuple[Array, Array]:
         """Return derivatives of forces by inductances, A of the module docstring, (m, d, n), and of these, (m, n, p).
 
         By unknowns that stay away from the bench; zero by others.
         """
-        at, kept = self.used(p), self._slopes
-        key = at.tobytes() + forces.tobytes()
-        if key not in kept:
-            kept[key] = self.bench(forces).derivatives(at)
-        by, by_load = kept[key]
+        by, by_load = self.slopes_at(self.used(p), forces)
         answers = np.linalg.pinv(by_load / self.noise[:, None]) / self.noise
         return np.asarray(answers), np.where(self.in_use, by, 0.0)
 

@@ -81,7 +81,7 @@ def test_what_no_sensor_shows_is_refused_before_any_fit(prior: Prior, slip, word
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))])
 def test_sensors_as_known_beforehand_are_never_refused(prior: Prior, seed: int) -> None:
     """Two deviations off in all that is unknown, far softer than the table, or with a load that is not known."""
     sign = np.random.default_rng(seed).choice([-2.0, 2.0], len(prior.setup.parameters))

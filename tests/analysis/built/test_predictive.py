@@ -1,6 +1,7 @@
 """What a sensor may show before it is fitted: in closed form where all is linear, and by samples."""
 
 import numpy as np
+import pytest
 
 from sits_mech.analysis.built.predictive import Predictive
 from sits_mech.analysis.built.prior import Prior, prior_of
@@ -20,6 +21,7 @@ def test_readings_of_one_unknown_spread_as_its_deviation(cheap) -> None:
     assert np.allclose(found.mean[1], L[1] + 5e-9, atol=0.1e-9)
 
 
+@pytest.mark.slow
 def test_units_drawn_as_known_are_likely_and_within_their_ends(prior: Prior) -> None:
     """Softer, stiffer and moved ones, by the model itself: none is far below one of their number."""
     known, rng = Predictive(prior), np.random.default_rng(2)

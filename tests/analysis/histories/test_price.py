@@ -30,11 +30,12 @@ def test_a_history_is_priced_by_the_times_that_are_solved() -> None:
     assert history_price(sensor, PULSE, found, 1e-3).solved > price.solved
 
 
+@pytest.mark.slow
 def test_a_history_is_explained_without_a_load(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     """In place of one, and with its rows."""
     path = tmp_path / "press.csv"
     path.write_text("t [s],F_z [N]\n0,0\n1,1\n2,0\n")
-    words = ["explain", "biorob2018", "--history", str(path), "--mechanics", "closed-form", "--magnetics", "planar"]
+    words = ["explain", "biorob2018", "--history", str(path), "--mechanics", "linear", "--magnetics", "planar"]
     assert run([*words, "--fz", "1 N"]) == 2
     assert "--history: must be given without a load or --ladder" in capsys.readouterr().err
     assert run([*words, "--json"]) == 0
