@@ -134,12 +134,12 @@ def explain(
         came = "--ladder" if ladder else "a load"
         raise SceneError(f"--history: must be given without a load or --ladder; got {came}")
     if history is not None:
-        from sits_mech.analysis.histories.price import history_price, largest
+        from sits_mech.analysis.histories.price import history_price, largest_load
         from sits_mech.analysis.histories.read import read_history
-        from sits_mech.report.tables.plan import history_table
+        from sits_mech.report.tables.plan import price_table
 
         course = read_history(history)
-        wrench = largest(course)
+        wrench = largest_load(course)
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved
@@ -154,7 +154,7 @@ def explain(
     if history is not None:
         price = history_price(sensor, course, found, models.tolerance)
         record |= {"history": price._asdict()}
-        tables.append(history_table(price, str(history)))
+        tables.append(price_table(price, str(history)))
     rungs = []
     if ladder:
         rungs = solved(sensor, wrench, **asdict(models), each=lambda rung, left: warn(rung_line(rung, left)))

@@ -136,21 +136,28 @@ def on_target(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Wrench, ...]:
 def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
     """Refuse values of a grid's components by name that a touch cannot have: places without a touch, or beside one."""
     given = [name for name in TOUCH if name in axes]
-    if given and sensor.touch is None:
-        raise SceneError(f"touch: must be a table of the scene for {', '.join(given)}; it is missing")
     if sensor.touch is None:
+        if given:
+            raise SceneError(f"touch: must be a table of the scene for {', '.join(given)}; it is missing")
         return
     held = {name: axes.get(name, [0.0]) for name in WRENCH}
-    moments = [name for name in ("M", "M_x") if any(held[name])]
-    if given and moments:
-        raise SceneError(f"{', '.join(moments)}: must be left out with a touch's places, which give moments; got some")
-    if given and 0.0 in held["F_z"] and any((*held["F_x"], *held["F_y"])):
-        raise SceneError("F_z: must not be 0 where a touch has several places and shears; got 0 N")
-    if sensor.touch.friction == "none" and (any((*held["F_x"], *held["F_y"], *held["M_z"])) or min(held["F_z"]) < 0.0):
+    shears = any((*held["F_x"], *held["F_y"]))
+    if given:
+        _check_forces(held, shears)
+    if sensor.touch.friction == "none" and (shears or any(held["M_z"]) or min(held["F_z"]) < 0.0):
         raise SceneError('touch.friction: must be "sticking" for shear, torsion or a pull (F_z < 0); got "none"')
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):
         check_on_target(sensor.touch, _target(sensor), place)
+
+
+def _check_forces(held: Mapping[str, Sequence[float]], shears: bool) -> None:
+    """Refuse values of a load's components that cannot go with several places of a touch."""
+    moments = [name for name in ("M", "M_x") if any(held[name])]
+    if moments:
+        raise SceneError(f"{', '.join(moments)}: must be left out with a touch's places, which give moments; got some")
+    if shears and 0.0 in held["F_z"]:
+        raise SceneError("F_z: must not be 0 where a touch has several places and shears; got 0 N")
 
 
 def touch_wrench(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:

@@ -29,7 +29,7 @@ class HistoryPrice(NamedTuple):
     seconds: float  # of processor time, by these
 
 
-def largest(history: LoadHistory) -> Wrench:
+def largest_load(history: LoadHistory) -> Wrench:
     """Return the largest load of a history, each component over its range."""
     return history.loads[int(np.argmax(np.linalg.norm(history.shares, axis=1)))]
 

@@ -42,7 +42,7 @@ def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     return [solved, *models, left_out_table(found.left_out), *finer_tables, key_table("overall", rows)]
 
 
-def history_table(found: HistoryPrice, source: str) -> Table:
+def price_table(found: HistoryPrice, source: str) -> Table:
     """Return what a history takes as a table."""
     rows = [("rows", f"{found.rows}"), ("solved", f"{found.solved} times at least, those between are interpolated"),
             ("expected time", f"about {_short(found.seconds)} s on one core, by these")]
