@@ -38,7 +38,7 @@ def report_record(
     found = asdict(replace(report, left_out=())) | {"notes": sentences(report.notes), "left_out": listed}
     found |= {"left_out_error": sized(report.left_out)}
     found |= {"not_estimated": [str(item.kind) for item in report.left_out if item.unbounded]}
-    return {name: item for name, item in found.items() if item is not None}
+    return {name: item for name, item in found.items() if item is not None and name != "creased"}
 
 
 def named(names: Sequence[str], values: Array) -> Record:

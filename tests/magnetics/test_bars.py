@@ -182,7 +182,7 @@ def test_refusals(sensor):
         planar_bars(load_sensor("biorob2018-w15"), 1e-3).impedance(Pose(0.0, 2 * MM, np.radians(20.0)), 5e6)
     with pytest.raises(ValueError, match="frequency"):
         planar_bars(sensor, 1e-3).impedance(Pose(0.0, 2 * MM, 0.0), 0.0)
-    with pytest.raises(ValueError, match="coils.C1.centre must be on y = 0 for a section; got y = 0.001 m$"):
+    with pytest.raises(ValueError, match="coils.C1.centre must be on y = 0 for a section; got y = 1 mm$"):
         planar_bars(load_sensor("biorob2018", ['coils.0.centre=["-4 mm", "1 mm"]']))
     with pytest.raises(ValueError, match="planar_boundary_radius"):
         small = load_sensor("biorob2018", ['target.net_current="free"', 'target.planar_boundary_radius="5 mm"'])

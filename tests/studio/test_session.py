@@ -128,7 +128,7 @@ def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, l
     tab.find(text)
     assert tab.ends == {"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)}
     kinds = [type(question).__name__ for question, _ in solver.asked]
-    assert kinds[:3] == ["Table", "Search", "Figures"]
+    assert kinds[:3] == ["TableQuestion", "SearchQuestion", "Figures"]
     table, search, figures = (question for question, _ in solver.asked[:3])
     solver.answers(table, base.data)
     assert views[-1].judged is not None and not views[-1].judged.solved

@@ -63,7 +63,7 @@ def test_warnings_are_in_plain_words(calibrated: Path) -> None:
     slow = changed(sensor, ["readout.parallel_capacitance=1e-9", "readout.lead_resistance=10"])
     words = words_part(slow, data, readings(slow, data))
     for word in (
-        "too lossy", "per metre of depth", "Left out: ends of pad and target along y: ", "the target covers 0.008 m",
+        "too lossy", "per metre of depth", "Left out: ends of pad and target along y: ", "the target covers 8 mm",
         "Left out: ends along y: ", "Status: 20 of 20 above tolerance",
     ):
         assert word in words
