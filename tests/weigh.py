@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 64_330, "core lines": 35_710, "tokens": 554_800, "named numbers": 650, "branching functions": 67,
-    "long signatures": 41, "skipped formats": 0, "large files": 3, "entered in space": 105, "entered in the plane": 110,
+    "lines": 66_130, "core lines": 36_840, "tokens": 568_800, "named numbers": 668, "branching functions": 86,
+    "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 107, "entered in the plane": 111,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)
