@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.quantities import Array, shown_unit
+from sits_mech.quantities import TOUCH, Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
 from sits_mech.readout.loads import at_middle, several
 from sits_mech.report.pictures.style import label_bar, new_figure, strokes
 from sits_mech.report.tables.loads import KINDS
 from sits_mech.scene.sensor import SceneError
+from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,7 +53,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     family = next((name for name in (second, *names) if name in names and name != along), None)
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
-    data, held = at_middle(data, list(filter(None, (along, family))))
+    data, held = _in_mm(*at_middle(data, list(filter(None, (along, family)))))
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
         seen, words = _errors_of(curves)
@@ -62,7 +63,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
         figure.suptitle(_curves_title(data, signal, held, words))
         if family is not None:
-            axes.legend(title=f"${family}$ [{shown_unit(family)}]", ncols=1 + (len(curves) > 5))
+            axes.legend(title=_short_label(family), ncols=1 + (len(curves) > 5))
     return figure
 
 
@@ -103,7 +104,17 @@ def _curves(data: xr.Dataset, signal: str, family: str | None) -> list[tuple[str
 
 def load_label(name: str) -> str:
     """Return what a component of a load is, as an axis label."""
-    return f"{KINDS[name].partition(' a')[0]} ${name}$ [{shown_unit(name)}]"
+    return f"{KINDS[name].partition(' a')[0]} {_short_label(name)}"
+
+
+def _short_label(name: str) -> str:
+    """Return symbol and unit of a component, of a touch's place in mm."""
+    return f"${name[-1]}$ [mm]" if name in TOUCH else f"${name}$ [{shown_unit(name)}]"
+
+
+def _in_mm(data: xr.Dataset, held: str) -> tuple[xr.Dataset, str]:
+    """Return a table over places of a touch in mm, and the words that came with it."""
+    return data.assign_coords({name: MM * data[name] for name in TOUCH if name in data.dims}), held
 
 
 def signal_label(signal: str, coils: int) -> str:
@@ -123,7 +134,7 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
     Two components give maps over both, more a matrix of the largest shares with errors. Raise SceneError where the
     table varies fewer, or none with a signal of its own, or without matplotlib.
     """
-    data, held = at_middle(data, several(data))
+    data, held = _in_mm(*at_middle(data, several(data)))
     components, stray = components_of(data), crosstalk(data)
     if len(components) < 2 or not stray:
         raise SceneError("crosstalk: needs a table over two components of the load, one of them with a signal")
@@ -147,10 +158,10 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
                 label.set_path_effects([withStroke(linewidth=1.2, foreground="white")])
             axes.grid(False)
             axes.set_title(f"${force}$ into ${_symbol(signal)}$")
-            axes.set_xlabel(f"${across}$ [{shown_unit(across)}]")
+            axes.set_xlabel(_short_label(across))
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
             label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
-        every[0].set_ylabel(f"${up}$ [{shown_unit(up)}]")
+        every[0].set_ylabel(_short_label(up))
         title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
         figure.suptitle(fill(title, 58))
     return figure

@@ -40,6 +40,7 @@ Frame = tuple[tuple[float, float], tuple[float, float]]
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
 _BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _INTERFACE, _ON = "#c2185b", 1e-6  # colour; of the height, within which a node is on an interface
+_LINE = 0.15  # height of a further line of text [in]
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
 
 
@@ -54,7 +55,9 @@ def layer_view(
     plates += [(conductor_cut(part, plane), METAL) for part in sensor.conductors]
     points = [corners.reshape(-1, 2) for corners, _ in (*tracks, *plates)]
     layer, around = (None, 0.32) if mesh is None else (mesh.points[mesh.quads], 0.44)
-    frame = (left, right), (bottom, top) = _frame(sensor, points, layer)
+    (left, right), (bottom, top) = _frame(sensor, points, layer)
+    top += 0.0 if sensor.touch is None else height_shown(sensor.touch) / MM
+    frame = (left, right), (bottom, top)
     height = 0.85 * (top - bottom) / (right - left) + around  # of the axes and what is around
     with new_figure(height) as (figure, (axes,)):
         interfaces = list[Any]()
@@ -68,7 +71,6 @@ def layer_view(
         _dress(axes, equilibrium, frame, plane)
         if sensor.touch is not None:
             draw_from_the_side(axes, sensor.touch, *contact_point(sensor, equilibrium.wrench, equilibrium.pose), plane)
-            axes.set_ylim(top=axes.get_ylim()[1] + height_shown(sensor.touch))
         missed = names_cut(sensor, plane)[1]
         beside = f"; beside it: {', '.join(missed)}" if missed else ""
         axes.annotate(
@@ -77,6 +79,8 @@ def layer_view(
         )
         handles = [*part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0), *interfaces]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
+        lines = (len(handles) - 1) // 3 + figure.axes[-1].get_xlabel().count("\n")
+        figure.set_figheight(figure.get_figheight() + _LINE * lines)
     return figure
 
 
