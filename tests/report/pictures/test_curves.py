@@ -118,6 +118,15 @@ def test_a_layer_without_its_state_is_not_drawn(monkeypatch: pytest.MonkeyPatch)
         load_view(load_sensor("biorob2018"), found.wrench)
 
 
+def test_a_layer_is_drawn_by_the_model_that_solved_it() -> None:
+    """A coaxial disc over F_z alone, by its half meridian."""
+    pad = 'elastomer={material="ecoflex-00-30", diameter="14 mm", thickness="2 mm"}'
+    disc = 'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}'
+    sensor = load_sensor("biorob2018", [pad, disc])
+    title = load_view(sensor, Wrench(F_z=0.5), 0.1, "axisymmetric").axes[0].get_title()
+    assert title == "layer under $F_x$ = 0 N, $F_z$ = 0.5 N"
+
+
 def test_a_section_draws_the_coils_that_it_cuts() -> None:
     """Four coils beside y = 0: none of them there, and named; two of them on the diagonal."""
     pair = load_sensor("biorob2018")
