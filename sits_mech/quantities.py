@@ -250,6 +250,13 @@ class SolveReport:
     error_stretch: float | None = None
     creased: bool = False
 
+    @property
+    def written(self) -> dict[str, Any]:
+        """What files and answers hold of it by name: all but `creased`, which is for plans."""
+        found = asdict(self)
+        del found["creased"]
+        return found
+
 
 class Ended(StrEnum):
     """Statuses of reports on what was followed and ended before its goal."""
@@ -261,7 +268,7 @@ class Ended(StrEnum):
 def kept_report(report: SolveReport) -> str:
     """Return a report as one text for a file, which `report_of` reads."""
     texts = {"notes": packed(report.notes), "left_out": packed_omissions(report.left_out)}
-    return json.dumps(as_jsonable(asdict(report) | texts))
+    return json.dumps(as_jsonable(report.written | texts))
 
 
 def report_of(text: str) -> SolveReport:

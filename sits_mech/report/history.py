@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
@@ -70,7 +69,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
     """Return a history for a program: lists over the history's own times, SI, with the request and the report."""
     own = data.isel(time=np.flatnonzero(data["given"].to_numpy()))
     kept = report_of(data.attrs["report"])
-    report = asdict(kept) | {"notes": sentences(kept.notes)}
+    report = kept.written | {"notes": sentences(kept.notes)}
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
     return status_record(joined(data["flags"].to_numpy())) | {
         "request": request_of(data),

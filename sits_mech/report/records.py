@@ -35,10 +35,10 @@ def report_record(
     others = (item for item in left_out if half in (None, item.half))
     every = {(item.kind, item.known.get("name")): item for item in (*others, *report.left_out)}
     listed = [*map(entry, every.values()), *({"what": "terminals", "reason": text} for text in more)]
-    found = asdict(replace(report, left_out=())) | {"notes": sentences(report.notes), "left_out": listed}
+    found = replace(report, left_out=()).written | {"notes": sentences(report.notes), "left_out": listed}
     found |= {"left_out_error": sized(report.left_out)}
     found |= {"not_estimated": [str(item.kind) for item in report.left_out if item.unbounded]}
-    return {name: item for name, item in found.items() if item is not None and name != "creased"}
+    return {name: item for name, item in found.items() if item is not None}
 
 
 def named(names: Sequence[str], values: Array) -> Record:
