@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 66_130, "core lines": 36_840, "tokens": 568_800, "named numbers": 668, "branching functions": 86,
+    "lines": 66_160, "core lines": 36_850, "tokens": 569_000, "named numbers": 669, "branching functions": 86,
     "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 107, "entered in the plane": 111,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
