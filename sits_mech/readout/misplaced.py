@@ -17,6 +17,7 @@ import numpy as np
 
 from sits_mech.quantities import TOUCH, Array, tensor_grid
 from sits_mech.readout.calibration import Calibration
+from sits_mech.units import SLACK
 
 _LOADS, _PLACES = 9, 9  # values of each force, and of each axis of the place, an odd number
 _STEPS = 12  # of Gauss-Newton
@@ -66,6 +67,6 @@ def _check_within(cal: Calibration, axes: list[str], place: Mapping[str, float],
     for name in axes:
         k = cal.forces.index(name)
         most = min(cal.high[k] - place[name], place[name] - cal.low[k])
-        if not 0.0 < within <= most * (1.0 + 1e-9):
+        if not 0.0 < within <= most * (1.0 + SLACK):
             why = f"as {name} goes from {cal.low[k]:.4g} to {cal.high[k]:.4g} m"
             raise ValueError(f"within: must be above 0 and up to {most:.4g} m, {why}; got {within:.4g} m")

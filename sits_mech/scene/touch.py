@@ -75,11 +75,6 @@ class Touch(BaseModel):
         return self.x, self.y
 
     @property
-    def curvature_radius(self) -> float:
-        """By which its point of contact moves as the target turns [m]; zero of flat ones."""
-        return self.radius or 0.0
-
-    @property
     def border(self) -> Array:
         """The border of what it touches about its place, shape (n, 2) [m]: one point of a sphere."""
         if self.diameter is not None:

@@ -169,7 +169,7 @@ def _without_contact(line: Line, free: Solved) -> Solved:
 def finished(control: Control, solved: Solved, body: str, tolerance: float | None = None) -> Equilibrium:
     """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
     if solved.part < 1.0:
-        raise end_message(control, solved, body)
+        raise path_failure(control, solved, body)
     error = solved.found.report.estimated_error
     if tolerance is None or error <= tolerance:
         return solved.found
@@ -177,8 +177,8 @@ def finished(control: Control, solved: Solved, body: str, tolerance: float | Non
     return enlarged(solved.found, solved.found.error, error, note)
 
 
-def end_message(control: Control, solved: Solved, body: str) -> SolveFailed:
-    """Return the message where and why a load path of a `body`, "pad" or "layer", ended."""
+def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
+    """Return the failure that says where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
     limit = list[Note]()

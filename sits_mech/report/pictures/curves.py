@@ -53,7 +53,8 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     family = next((name for name in (second, *names) if name in names and name != along), None)
     if along is None:
         raise SceneError("curves: need a table over at least one component of the load; this one holds a single load")
-    data, held = _in_mm(*at_middle(data, list(filter(None, (along, family)))))
+    data, held = at_middle(data, list(filter(None, (along, family))))
+    data = _in_mm(data)
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
         seen, words = _errors_of(curves)
@@ -112,9 +113,9 @@ def _short_label(name: str) -> str:
     return f"${name[-1]}$ [mm]" if name in TOUCH else f"${name}$ [{shown_unit(name)}]"
 
 
-def _in_mm(data: xr.Dataset, held: str) -> tuple[xr.Dataset, str]:
-    """Return a table over places of a touch in mm, and the words that came with it."""
-    return data.assign_coords({name: MM * data[name] for name in TOUCH if name in data.dims}), held
+def _in_mm(data: xr.Dataset) -> xr.Dataset:
+    """Return a table over places of a touch in mm."""
+    return data.assign_coords({name: MM * data[name] for name in TOUCH if name in data.dims})
 
 
 def signal_label(signal: str, coils: int) -> str:
@@ -134,7 +135,8 @@ def crosstalk_map(data: xr.Dataset) -> Figure:
     Two components give maps over both, more a matrix of the largest shares with errors. Raise SceneError where the
     table varies fewer, or none with a signal of its own, or without matplotlib.
     """
-    data, held = _in_mm(*at_middle(data, several(data)))
+    data, held = at_middle(data, several(data))
+    data = _in_mm(data)
     components, stray = components_of(data), crosstalk(data)
     if len(components) < 2 or not stray:
         raise SceneError("crosstalk: needs a table over two components of the load, one of them with a signal")

@@ -144,8 +144,8 @@ def load_view(
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
     (acting,) = on_target(sensor, [wrench])
-    named = mechanics != "auto" or acting.out_of_plane
-    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if named else ())
+    chosen_by_load = mechanics != "auto" or acting.out_of_plane
+    model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if chosen_by_load else ())
     equilibrium = model.equilibrium(wrench) if known is None else known
     if acting.out_of_plane and equilibrium.state.size == 0:
         needed = "needs a load in the plane y = 0 (--fx, --fz, --moment)"
