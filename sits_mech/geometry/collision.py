@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from sits_mech.description import Refusal
-from sits_mech.geometry.outline import Outline, target_outline
+from sits_mech.geometry.outline import target_outline
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
@@ -209,7 +209,6 @@ class PlacedPlate:
 
     title: str  # the part of the scene that it is; empty for the target
     plate: Target
-    outline: Outline | None  # instead of the scene's
     turns: Array  # (p, 3, 3) rotations
     places: Array  # (p, 3) centre of the bottom face [m]
     gap: Array  # (p,) from what it sees through polynomials [m]
@@ -225,15 +224,15 @@ class PlacedPlate:
         return replace(self, turns=self.turns[some], places=self.places[some], gap=self.gap[some])
 
 
-def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places: Array) -> list[PlacedPlate]:
+def placed_plates(sensor: Sensor, turns: Array, places: Array) -> list[PlacedPlate]:
     """Return the target, if any, at its poses and the fixed plates; Collision if it touches one or the coil plane."""
     coils, plates = fixed_solids(sensor)
     parts: list[PlacedPlate] = []
     moving: list[BoxedPart] = []
     if sensor.target is not None and places.size:
         t = sensor.target.thickness
-        half = np.array([*np.abs(target_outline(sensor.target, outline).rim).max(0), t / 2])
-        _check_above(sensor.target, outline, turns, places)
+        half = np.array([*np.abs(target_outline(sensor.target).rim).max(0), t / 2])
+        _check_above(sensor.target, turns, places)
         moving = [BoxedPart("target", half, turns, places + turns[:, :, 2] * t / 2)]
         sides = turns[:, 2, :2] * half[:2]
         sides = np.hypot(*sides.T)[:, None] if sensor.target.is_round else sides
@@ -246,7 +245,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
                     f"they overlap by {-apart.min() * 1e3:.3g} mm"
                 )
             gap = np.minimum(gap, apart)
-        found = "", sensor.target, outline, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
+        found = "", sensor.target, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
         parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
         drawn = part.loops and not part.is_turned
@@ -255,7 +254,7 @@ def placed_plates(sensor: Sensor, outline: Outline | None, turns: Array, places:
         anchor = min(beside, max(windings, _EASY * min(part.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         place = solid.places - solid.turns[:, :, 2] * part.thickness / 2
-        fixed = solid.name, as_plate(part), None, solid.turns, place
+        fixed = solid.name, as_plate(part), solid.turns, place
         parts.append(PlacedPlate(*fixed, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
@@ -285,9 +284,9 @@ def overlapping(sensor: Sensor) -> Refusal | None:
     return None
 
 
-def _check_above(target: Target, outline: Outline | None, turns: Array, places: Array) -> None:
+def _check_above(target: Target, turns: Array, places: Array) -> None:
     """Raise Collision where the plate's lowest point is not above the coil plane."""
-    rim = target_outline(target, outline).rim
+    rim = target_outline(target).rim
     low = places[:, 2] + (turns[:, 2, :2] @ rim.T).min(1) + np.minimum(turns[:, 2, 2] * target.thickness, 0.0)
     if not np.all(low > 0.0):
         worst = float(np.min(np.where(np.isnan(low), -np.inf, low)))

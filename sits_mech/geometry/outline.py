@@ -3,20 +3,19 @@
 Along every rim the cells are quadrilaterals between the polygon and its offsets inwards, graded like those of a
 rectangle; each offset edge is divided evenly, so that mitres take care of corners. What is left inside is
 triangulated (Delaunay, on a triangular lattice). The narrowest metal bounds the depth of the quadrilaterals along all
-rims; where that is little, all cells are smaller. A mesh file brings an outline through the border of its triangles.
+rims; where that is little, all cells are smaller.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import BEYOND, CellPlan, Grading, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
-from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, read_loops, signed_area
+from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
 from sits_mech.scene.sensor import Conductor, Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
@@ -46,10 +45,8 @@ class Outline:
         return [loop if (signed_area(loop) > 0.0) == (k == 0) else loop[::-1] for k, loop in enumerate(loops)]
 
 
-def target_outline(target: Target | Conductor, outline: Outline | None = None) -> Outline:
-    """Return `outline`, or else the outline that the scene gives the target, or a fixed plate from its own middle."""
-    if outline is not None:
-        return outline
+def target_outline(target: Target | Conductor) -> Outline:
+    """Return the outline of a target, or of a fixed plate from its own middle."""
     return Outline(target.loops) if target.loops else _simple_outline(target.extent, target.is_round)
 
 
@@ -91,14 +88,6 @@ def _simple_outline(extent: tuple[float, float], is_round: bool) -> Outline:
     if is_round:
         return Outline((circle(a),))
     return Outline((((-a, -b), (a, -b), (a, b), (-a, b)),))
-
-
-def read_outline(path: str | Path, group: str | None = None) -> Outline:
-    """Return the outline of the triangles and quadrilaterals in a mesh file [m].
-
-    ValueError if the file is no mesh, has no plane cells or no such group, or is not in one piece with simple rims.
-    """
-    return Outline(read_loops(path, group))
 
 
 def outline_plan(outline: Outline, grading: Grading) -> CellPlan:

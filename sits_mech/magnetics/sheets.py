@@ -39,7 +39,6 @@ import numpy as np
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
-from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.plates import metal_parts
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
@@ -102,7 +101,6 @@ class Sheets:
     sensor: Sensor
     tolerance: float
     windings: str = "rings"  # "rings" or "spiral"
-    outline: Outline | None = None  # the target's, where it is not the scene's
     like: Sensor | None = None
     single: bool = False
 
@@ -130,7 +128,7 @@ class Sheets:
         self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
     ) -> Reaction:
         """Return the plates' reaction, blended over what serves each pose; add that in the tracks to a list."""
-        parts = placed_plates(self.sensor, self.outline, rotation_matrix(pose.rotation), pose.centre)
+        parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
         if any(part.susceptibility != 0.0 for part in parts):
@@ -157,7 +155,7 @@ class Sheets:
 
         Of outlines, and of plates that answer each other, each scene has divisions of its own.
         """
-        (one, other), free = (self.sensor.target, sensor.target), not self.sensor.conductors and self.outline is None
+        (one, other), free = (self.sensor.target, sensor.target), not self.sensor.conductors
         if one is not None and other is not None:
             free &= one.shape == other.shape and not one.loops and one.metal == other.metal
             free &= one.metal.relative_permeability == 1.0
@@ -167,11 +165,11 @@ class Sheets:
         """Return a plate as it is to be divided."""
         if self.like is not None and self.like.target is not None:
             become = part.plate if part.plate != self.like.target else None
-            return PlateRequest(self.like.target, part.outline, part.susceptibility, None, become)
+            return PlateRequest(self.like.target, part.susceptibility, None, become)
         fixed = part.windings > 0.0
         axes = tuple(map(tuple, part.turns[0].tolist()))
         seen = Sources(self.sensor.coils, self.windings, part.middle, part.windings, axes) if fixed else None
-        return PlateRequest(part.plate, part.outline, part.susceptibility, seen, None)
+        return PlateRequest(part.plate, part.susceptibility, seen, None)
 
     def _winding_notes(self) -> tuple[Note, ...]:
         """Note how far spiral windings are from rings, and what free tracks are without."""
@@ -185,7 +183,7 @@ class Sheets:
         self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]
     ) -> tuple[list[Divided], PlateRung, tuple[Note, ...]]:
         """Return the plates as they are divided, for `_change`, the rung, and notes on finer ones."""
-        asked = [(part.plate, part.outline) for part in parts]
+        asked = [part.plate for part in parts]
 
         def divided(rung: PlateRung) -> list[Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
@@ -237,13 +235,10 @@ class Sheets:
         return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
 
 
-def sheets(
-    sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = None, outline: Outline | None = None
-) -> Sheets:
+def sheets(sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = None) -> Sheets:
     """Return the three-dimensional model of `sensor`, to a relative error of the change of inductance.
 
-    `windings` are "rings" or "spiral", the scene's by default; `outline` is the target's instead of the scene's: with
-    holes, or from a mesh file (`read_outline`). SceneError if this model cannot represent the scene.
+    `windings` are "rings" or "spiral", the scene's by default. SceneError if this model cannot represent the scene.
     """
     refusal = not_representable(sensor)
     if refusal:
@@ -252,9 +247,7 @@ def sheets(
         windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")
     if windings not in ("rings", "spiral"):
         raise ValueError(f'windings: must be "rings" or "spiral", got {windings!r}')
-    if outline is not None and sensor.target is None:
-        raise ValueError("outline: needs a scene with a target, whose thickness and metal it takes")
-    return Sheets(sensor, checked_tolerance(tolerance), windings, outline)
+    return Sheets(sensor, checked_tolerance(tolerance), windings)
 
 
 def not_representable(sensor: Sensor) -> Refusal | None:

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from common.ngsolve_turns import MM, solid_turns
 from common.outputs import study_arguments, write_rows
+from common.track_losses import track_spectrum
 
-from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.tracks import Tracked
 from sits_mech.quantities import Pose

@@ -1,4 +1,4 @@
-"""Resistance of the coils' tracks at one frequency, solved directly, and closed forms beside it.
+"""Resistance of the coils' tracks at one frequency, solved directly, closed forms beside it, and the package's own.
 
 What `coils.resistance` finds for many frequencies from its modes. Every turn is a ring, divided into filaments f of
 height h_f from radius a_f to b_f that share the turn's voltage v_t:
@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,9 +33,9 @@ from scipy.special import ive
 from sits_mech.geometry.tracks import ring_squares
 from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
-from sits_mech.magnetics.coils.resistance import filaments_along, filaments_of
+from sits_mech.magnetics.coils.resistance import filaments_along, filaments_of, track_resistance, track_response
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.quantities import Complex
+from sits_mech.quantities import Array, Complex
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Coil
 
@@ -60,6 +61,24 @@ class CoilLosses:
     L: float
     error_R: float
     error_L: float
+
+
+@dataclass(frozen=True)
+class TrackSpectrum:
+    """A coil's own series impedance over f frequencies, without target."""
+
+    R: Array  # (f,) with skin and proximity effect [ohm]
+    shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
+    error_R: Array  # (f,) estimated absolute error of R
+    error_shift: Array  # (f,) the same of `shift` [H]
+
+
+def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
+    """Return what `track_response` says of a coil alone at frequencies [Hz], by filaments for the highest."""
+    hertz = np.asarray(frequencies, dtype=float)
+    each, omega = [track_response(coil, f, float(hertz.max())) for f in hertz.tolist()], 2.0 * np.pi * hertz
+    alone, error = np.array([(one.alone, one.error) for one in each]).T
+    return TrackSpectrum(track_resistance(coil) + alone.real, alone.imag / omega, error.real, error.imag / omega)
 
 
 def coil_losses(coil: Coil, frequency: float) -> CoilLosses:

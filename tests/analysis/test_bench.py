@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from common.track_losses import track_spectrum
 
 from sits_mech.analysis import bench
 from sits_mech.analysis.codes import tank_of
@@ -15,7 +16,6 @@ from sits_mech.analysis.measured import read_measured
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
 from sits_mech.labels import unit_of
-from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.quantities import Impedance, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
 from sits_mech.report.tables.readings import inversion_table

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
+from common.track_losses import track_spectrum
 
 from sits_mech.chain.models import MAGNETICS, Why, choose_magnetics, magnetic_model
 from sits_mech.description import Question, total
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
-from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from sits_mech.magnetics.bars import planar_bars
-from sits_mech.magnetics.coils.far_field import body_around, half_space_share
+from sits_mech.magnetics.coils.far_field import body_around
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.remote import _kappa, _solved, remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Coil, Conductor, Sensor, load_sensor
+from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM = 1e-3
 REST = Pose(0.0, 2 * MM)
@@ -140,26 +140,6 @@ def test_near_ones_have_no_bound():
     found = remote_bounds(BARE, [nut(20.0, 3.0)], poses)
     assert bound(BARE, [nut(30.0, 0.3)]) == pytest.approx(bound(COILS, [nut(30.0, 0.3)]), rel=1e-2)  # metal opposes
     assert found.shape == (2, 1) and found[0, 0] < np.inf and found[1, 0] == np.inf
-
-
-@pytest.mark.slow
-def test_a_half_space_bounds_what_is_near():
-    """16 x 16 mm a millimetre below takes nine tenths of it; a nut far less; ferrite on top no more; beside, all."""
-    wide, small = nut(-4.0, -1.12, size=(16.0, 16.0, 0.2)), nut(-4.0, -1.12, size=(2.0, 2.0, 0.2))
-    coil = COILS.model_copy(update={"coils": COILS.coils[:1]})
-    share = half_space_share(coil.coils, wide)
-    assert 0.8 * share < effect(sheets, coil, [wide]) < share == half_space_share(coil.coils, small)
-    above = nut(-4.0, 1.0, size=(16.0, 16.0, 0.2), material="ferrite")
-    assert half_space_share(coil.coils, above) == pytest.approx(share, rel=0.15) and share < 0.5
-    assert half_space_share(coil.coils, nut(-9.0, 0.0)) == 1.0
-
-
-def test_a_half_space_counts_from_its_own_side_of_the_coil() -> None:
-    """Two of three layers are at the bottom: as far away, metal below takes more."""
-    given = COILS.coils[0].model_dump(exclude={"layers", "layer_pitch"}, exclude_defaults=True)
-    coil = Coil.model_validate(given | {"layer_z": (-0.0175 * MM, -1.0 * MM, -1.1 * MM)})
-    above, below = (half_space_share((coil,), nut(-4.0, z)) for z in (1.25, -1.1175 - 1.25))
-    assert 1.1 * above < below < 1.5 * above
 
 
 def test_bodies_by_hand() -> None:

@@ -117,7 +117,7 @@ def test_a_target_keeps_clear_of_a_slope() -> None:
 def test_places_of_turned_plates() -> None:
     """The middle stays, the bottom face is below it along the plate's own axis."""
     sensor = scene(fixed([1 * MM, 0.0, 3.5 * MM], (0.0, np.pi / 2, 0.0)))
-    (plate,) = placed_plates(sensor, None, np.zeros((0, 3, 3)), np.zeros((0, 3)))
+    (plate,) = placed_plates(sensor, np.zeros((0, 3, 3)), np.zeros((0, 3)))
     np.testing.assert_allclose(plate.places[0], [0.9 * MM, 0.0, 3.5 * MM], atol=1e-12)
     assert plate.windings == pytest.approx(0.5 * MM)
 

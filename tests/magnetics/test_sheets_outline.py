@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from scipy.sparse import vstack
 from scipy.sparse.linalg import spsolve
 
-from sits_mech.geometry.outline import Outline, outline_plan, read_outline
+from sits_mech.geometry.outline import Outline, outline_plan
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
 from sits_mech.geometry.tracks import TrackBars
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -23,7 +23,7 @@ from sits_mech.magnetics.space.classes import problems, stacked
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points, prism_means, prism_potential
 from sits_mech.quantities import Pose
-from sits_mech.scene.outlines import signed_area
+from sits_mech.scene.outlines import read_loops, signed_area
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -37,14 +37,25 @@ def circle(radius: float, corners: int) -> tuple[tuple[float, float], ...]:
     return tuple((float(r * np.cos(a)), float(r * np.sin(a))) for a in angle)
 
 
-def one_loop(thickness: float, sigma: float) -> Sensor:
-    """One turn of 20 mm radius over a plate whose outline is given apart."""
+def drawn(outline: Outline) -> str:
+    """Keys of a target of an outline."""
+    points, *holes = ([list(point) for point in loop] for loop in outline.loops)
+    return f'shape="outline", points={points}, holes={holes}'
+
+
+def one_loop(thickness: float, sigma: float, outline: Outline) -> Sensor:
+    """One turn of 20 mm radius over a plate."""
     coil = (
         'coils=[{name="C1", centre=["0 mm","0 mm"], layers=1, turns=1, inner_diameter="39.9 mm", '
         'track_width="0.1 mm", track_thickness="35 um"}]'
     )
-    plate = f'conductivity={sigma}, relative_permeability=1, shape="disc", diameter="2 mm", thickness={thickness}'
+    plate = f'conductivity={sigma}, relative_permeability=1, thickness={thickness}, {drawn(outline)}'
     return load_sensor("biorob2018", [coil, f"target={{{plate}}}"])
+
+
+def of_outline(outline: Outline) -> Sensor:
+    """The catalogue's sensor with a target of another outline."""
+    return load_sensor("biorob2018", [f'target={{material="copper", thickness="0.2 mm", {drawn(outline)}}}'])
 
 
 def test_potential_and_mean_in_a_cube() -> None:
@@ -117,7 +128,7 @@ def test_no_loop_links_a_gradient(mirror: int) -> None:
 
 @pytest.mark.parametrize("name, corners, area", [("cross", 12, 39e-6), ("slotted_disc", 51, None)])
 def test_outline_of_a_mesh_file(name: str, corners: int, area: float | None) -> None:
-    outline = read_outline(MESHES / f"{name}.msh")
+    outline = Outline(read_loops(MESHES / f"{name}.msh"))
     assert len(outline.loops) == 1
     assert len(outline.rim) == corners
     if area is not None:
@@ -128,7 +139,7 @@ def test_outline_of_a_mesh_file(name: str, corners: int, area: float | None) -> 
 def test_square_outline_as_rectangle() -> None:
     """Triangles against the structured division; the resistive regime is the harder for the inductance."""
     sensor = load_sensor("biorob2018")
-    free, tensor = (sheets(sensor, 1e-1, outline=o).impedance(Pose(0.0, 2e-3), 5e3) for o in (SQUARE, None))
+    free, tensor = (sheets(each, 1e-1).impedance(Pose(0.0, 2e-3), 5e3) for each in (of_outline(SQUARE), sensor))
     change = np.abs(free.L - tensor.L)[0, 0]
     assert change < 8e-2 * abs(tensor.L - tensor.L0)[0, 0]
     assert free.R[0, 0] == pytest.approx(tensor.R[0, 0], rel=4e-2, abs=0.0)
@@ -138,9 +149,8 @@ def test_square_outline_as_rectangle() -> None:
 def test_resistive_ring_in_axial_field() -> None:
     """A hole carries its own net current: R = pi sigma t omega^2 B^2 (b^4 - a^4) / 8 between radii a and b."""
     a, b, t, sigma, f, d = 0.4e-3, 1e-3, 0.2e-3, 1e6, 1e3, 10e-3
-    sensor = one_loop(t, sigma)
-    ring = Outline((circle(b, 16), circle(a, 12)))
-    z = sheets(sensor, 1e-1, outline=ring).impedance(Pose(0.0, d), f)
+    sensor = one_loop(t, sigma, Outline((circle(b, 16), circle(a, 12))))
+    z = sheets(sensor, 1e-1).impedance(Pose(0.0, d), f)
     c, h = 20e-3, d + t / 2 + 17.5e-6
     B = mu_0 * c**2 / 2 / (c**2 + h**2) ** 1.5
     exact = np.pi * sigma * t * (2 * np.pi * f * B) ** 2 * (b**4 - a**4) / 8
@@ -149,17 +159,18 @@ def test_resistive_ring_in_axial_field() -> None:
 
 @pytest.mark.slow
 def test_slot_stops_the_current() -> None:
-    sensor = one_loop(0.2e-3, 1e6)
     slot = ((4e-3, 0.2e-3), (0.0, 0.2e-3), (0.0, -0.2e-3), (4e-3, -0.2e-3))
     slotted = Outline(((*SQUARE.loops[0][:2], *slot[::-1], *SQUARE.loops[0][2:]),))
-    cut, whole = (sheets(sensor, 1e-1, outline=o).impedance(Pose(0.0, 10e-3), 1e3).R[0, 0] for o in (slotted, SQUARE))
+    cut, whole = (
+        sheets(one_loop(0.2e-3, 1e6, o), 1e-1).impedance(Pose(0.0, 10e-3), 1e3).R[0, 0] for o in (slotted, SQUARE)
+    )
     assert 0.1 * whole < cut < 0.7 * whole
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["slotted_disc", "cross"])
 def test_outlines_of_the_example_meshes(name: str) -> None:
-    model = sheets(load_sensor("biorob2018"), 2e-2, outline=read_outline(MESHES / f"{name}.msh"))
+    model = sheets(of_outline(Outline(read_loops(MESHES / f"{name}.msh"))), 2e-2)
     z = model.impedance(Pose(0.0, 2e-3), 5e6)
     plate = sheets(load_sensor("biorob2018"), 2e-2).impedance(Pose(0.0, 2e-3), 5e6)
     change, whole = ((v.L - v.L0)[0, 0] for v in (z, plate))
@@ -189,4 +200,4 @@ def test_refusals(tmp_path: Path) -> None:
     broken = tmp_path / "broken.msh"
     broken.write_text("no mesh")
     with pytest.raises(ValueError, match="mesh file"):
-        read_outline(broken)
+        Outline(read_loops(broken))

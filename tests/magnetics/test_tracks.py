@@ -3,6 +3,7 @@
 import benchmarks.tracks_under_target as study
 import numpy as np
 import pytest
+from common.track_losses import track_spectrum
 from scipy.constants import mu_0
 
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
@@ -12,7 +13,7 @@ from sits_mech.magnetics.answer import serving
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.coils.loops import free_inductances
-from sits_mech.magnetics.coils.resistance import track_response, track_spectrum
+from sits_mech.magnetics.coils.resistance import track_response
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
@@ -80,7 +81,7 @@ def test_b_off_the_axis_is_that_of_a_small_loop() -> None:
     model = sheets(more, 1e-2)
     reaction = model._reaction(pose, frequency).change  # coils that lie in each other have no L0 here
     expected = reaction[0, 0, 1:].imag / (2 * np.pi * frequency * np.pi * (0.1 * MM) ** 2)
-    parts = placed_plates(more, None, rotation_matrix(pose.rotation), pose.centre)
+    parts = placed_plates(more, rotation_matrix(pose.rotation), pose.centre)
     clear, top, *_ = next(serving(model._gaps(parts)[0], frequency))
     plate = model._plates(parts, clear, (frequency, top))[0][0].divisions[0]
     places = np.array([(*loop.centre, -loop.track_thickness / 2) for loop in loops])

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from common.track_losses import track_spectrum
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.geometry.tracks import TrackBars, coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.bars import planar_bars
-from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.remote import remote_bounds

@@ -13,16 +13,13 @@ Source: Jackson, Classical Electrodynamics, section 5.6.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.constants import mu_0
 from scipy.special import elliprd
 
-from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import coil_sections
-from sits_mech.magnetics.coils.loops import free_inductances, mutual_loops
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Conductor, Target
@@ -51,29 +48,6 @@ def field_bound(coil: Coil, distance: float) -> float:
     if not coil.is_round or distance <= reach:
         return math.inf
     return float((coil_sections(coil).radius ** 2).sum()) / (2.0 * (distance - reach) ** 3)
-
-
-def _image_share(coil: Coil, gap: float, below: bool) -> float:
-    """Return the share of L_cc that a perfect half-space at a distance above, or below, the coils takes."""
-    rings = standing_rings(coil)
-    down = coil.height + rings.z if below else -rings.z
-    away = 2.0 * gap + down[:, None] + down
-    image = rings.signs @ (mutual_loops(rings.radius[:, None], rings.radius, away) @ rings.signs)
-    return min(float(image / free_inductances((coil,))[0, 0]), 1.0)
-
-
-def half_space_share(coils: Sequence[Coil], part: Conductor) -> float:
-    """Return how much of a self-inductance a conductor alone changes at most, however near: as the half-space it is in.
-
-    A perfect conductor takes the mutual inductance of a coil and its mirror image, unbounded permeability adds as much.
-    1, where the conductor lies beside the coils.
-    """
-    low, high = part.span
-    gaps = [(low, False) if low > 0.0 else (-coil.height - high, True) for coil in coils]
-    return max(
-        _image_share(coil, gap, below) if gap > 0.0 else 1.0
-        for coil, (gap, below) in zip(coils, gaps, strict=True)
-    )
 
 
 @dataclass(frozen=True)

@@ -70,16 +70,6 @@ def coils_alone(coils: Sequence[Coil], windings: str = "rings") -> tuple[Array, 
     return free_inductances(coils, windings), np.array([*map(track_resistance, coils)])
 
 
-@dataclass(frozen=True)
-class TrackSpectrum:
-    """A coil's own series impedance over f frequencies, without target."""
-
-    R: Array  # (f,) with skin and proximity effect [ohm]
-    shift: Array  # (f,) what the uneven current takes from the inductance: L(f) - L(0) [H]
-    error_R: Array  # (f,) estimated absolute error of R
-    error_shift: Array  # (f,) the same of `shift` [H]
-
-
 @dataclass(frozen=True, eq=False)
 class TrackResponse:
     """What current in a coil's tracks does at one frequency, alone and in the field b of metal, turn by turn."""
@@ -88,19 +78,6 @@ class TrackResponse:
     error: complex  # its real and its imaginary part's
     linear: Complex  # (2 t,) m [ohm A/T], b up before b outwards
     quadratic: Complex  # (2 t, 2 t) Q [ohm A^2/T^2]
-
-
-def track_spectrum(coil: Coil, frequencies: Sequence[float]) -> TrackSpectrum:
-    """Return a coil's own resistance and change of inductance at each frequency [Hz], in free space.
-
-    ValueError if a frequency is not positive.
-    """
-    hertz = np.asarray(frequencies, dtype=float)
-    if hertz.size == 0 or not np.all((hertz > 0.0) & np.isfinite(hertz)):
-        raise ValueError(f"frequency: must be positive numbers of hertz; got {list(frequencies)}")
-    each, omega = [track_response(coil, f, float(hertz.max())) for f in hertz.tolist()], 2.0 * np.pi * hertz
-    alone, error = np.array([(one.alone, one.error) for one in each]).T
-    return TrackSpectrum(track_resistance(coil) + alone.real, alone.imag / omega, error.real, error.imag / omega)
 
 
 def track_response(coil: Coil, frequency: float, highest: float) -> TrackResponse:

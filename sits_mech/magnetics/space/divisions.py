@@ -27,7 +27,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from sits_mech.disk_cache import kept
-from sits_mech.geometry.outline import Outline, outline_plan, target_outline
+from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, graded_axis, rectangle_plan, with_rim
 from sits_mech.geometry.tracks import standing_rings
 from sits_mech.magnetics.coils.ring_field import source_spectrum, wave_numbers
@@ -88,7 +88,7 @@ class _Family:
 
 @latest(12)
 def prepared(
-    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, become: Target | None = None
+    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None
 ) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
@@ -97,7 +97,7 @@ def prepared(
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
-    family, metal = _fitting_family(target, outline, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
+    family, metal = _fitting_family(target, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
     asked = family.divisions, metal, family.box, family.resolved, family.depth
     read = partial(division_from_arrays, family.box, family.resolved)
     return kept(asked, lambda: prepare_sheets(*asked), division_arrays, read, __name__)
@@ -105,7 +105,7 @@ def prepared(
 
 @latest(64)
 def prepared_near(
-    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, beside: float | Sources = 0.0,
+    target: Target, rung: PlateRung, scale: _Scale, beside: float | Sources = 0.0,
     become: Target | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
@@ -114,21 +114,21 @@ def prepared_near(
     away as it is prepared for.
     """
     seen = Seen.AT_REST if isinstance(beside, Sources) else Seen.IN_POSES
-    family = _fitting_family(target, outline, rung, scale, (seen, become))
+    family = _fitting_family(target, rung, scale, (seen, become))
     others = None if beside == 0.0 else beside
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, family.resolved, family.depth,
-        beside=field_box(target, outline, others, rung) if isinstance(others, float) else others,
+        beside=field_box(target, others, rung) if isinstance(others, float) else others,
     )
 
 
 def _fitting_family(
-    target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]
+    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]
 ) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
     give_back()  # what plates before took
     seen, become = way
-    family = _family(target, outline, rung, scale, seen)
+    family = _family(target, rung, scale, seen)
     family = family if become is None else _carried_to(family, target, become)
     cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
     _check_memory(family.box, cells, family.needed)
@@ -150,10 +150,10 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
 
 
 @lru_cache(maxsize=64)
-def _family(target: Target, outline: Outline | None, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
+def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
-    box = field_box(target, outline, clearance, rung)
+    box = field_box(target, clearance, rung)
     half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
     least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
     highest, depth = 2 * np.pi * scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
@@ -161,7 +161,7 @@ def _family(target: Target, outline: Outline | None, rung: PlateRung, scale: _Sc
     cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], scale[2]) / largest)))  # of a quarter, at least
     _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
     along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
-    plans = {m: _plan(target, outline, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
+    plans = {m: _plan(target, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
@@ -222,24 +222,24 @@ def _interfaces(half: float, depth: float, parts: int) -> Array:
     return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
 
 
-def _plan(target: Target, outline: Outline | None, grading: Grading, orders: int) -> CellPlan:
+def _plan(target: Target, grading: Grading, orders: int) -> CellPlan:
     """Return the division of the target's outline."""
-    if outline is None and target.shape == "rectangle":
+    if target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
-    if outline is None and target.is_round:
+    if target.is_round:
         return disc_plan(target.extent[0], grading, orders=orders, inner=target.hole)
-    return outline_plan(target_outline(target, outline), grading)
+    return outline_plan(target_outline(target), grading)
 
 
 @lru_cache(maxsize=64)
-def is_near(target: Target, outline: Outline | None, clearance: float, rung: PlateRung) -> bool:
+def is_near(target: Target, clearance: float, rung: PlateRung) -> bool:
     """Say whether a plate is so close to the coils that its polynomials do not carry their field."""
-    return unseen(field_box(target, outline, clearance, rung)) > _UNSEEN
+    return unseen(field_box(target, clearance, rung)) > _UNSEEN
 
 
-def field_box(target: Target, outline: Outline | None, clearance: float, rung: PlateRung) -> Box:
+def field_box(target: Target, clearance: float, rung: PlateRung) -> Box:
     """Return the bounding box with the polynomials that a field singular `clearance` [m] below it needs."""
-    rim = target_outline(target, outline).rim
+    rim = target_outline(target).rim
     half = np.array([*np.abs(rim).max(0) * (1.0 + 1e-3), target.thickness / 2])
     rates = [*(math.asinh(clearance / side) for side in half[:2]), math.acosh(1.0 + clearance / half[2])]
     order = [math.ceil(rung.terms / (2 * rate)) + extra for rate, extra in zip(rates, (3, 3, 2), strict=True)]

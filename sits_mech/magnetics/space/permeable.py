@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.space.divisions import field_box
@@ -176,7 +175,7 @@ def _potentials(whole: _Prepared, part: HalfSurface, seen: Posed) -> Array:
 
 @latest(24)
 def prepared_permeable(
-    plate: Target, outline: Outline | None, susceptibility: complex, rung: PlateRung,
+    plate: Target, susceptibility: complex, rung: PlateRung,
     scale: tuple[float, float, float], seen: tuple[float, Sources | None],
 ) -> tuple[Permeable, ...]:
     """Return all parts of a permeable plate's answer.
@@ -186,8 +185,8 @@ def prepared_permeable(
     and the coils of a plate at rest. TooLarge before the first large array.
     """
     (clearance, reach, length), (others, sources) = scale, seen
-    box = field_box(plate, outline, others or clearance, rung)
-    surfaces, counts, smooth = divided_surfaces(plate, outline, rung, (reach, length), sources)
+    box = field_box(plate, others or clearance, rung)
+    surfaces, counts, smooth = divided_surfaces(plate, rung, (reach, length), sources)
     added = 1.0 / ((counts[0] / counts[1]) ** 2 - 1.0)
     classes, found = [shell_classes(each) for each in surfaces], list[tuple[Basis, int]]()
     levels = list[_Level]()

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from sits_mech.geometry.collision import PlacedPlate
-from sits_mech.geometry.outline import Outline
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
@@ -31,7 +30,6 @@ class PlateRequest:
     """A plate to be divided: its susceptibility, the coils if it stands still, what is divided like it."""
 
     plate: Target
-    outline: Outline | None
     susceptibility: complex
     sources: Sources | None
     become: Target | None
@@ -109,13 +107,13 @@ def divided_plate(
         seen = clear[1] if sources is None else clear[0], sources
         reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
         own = replace(rung, few=False, step=0.0)
-        found, *off = prepared_permeable(plate, part.outline, part.susceptibility, own, reached, seen)
+        found, *off = prepared_permeable(plate, part.susceptibility, own, reached, seen)
         depths = plate.thickness / skin_depth(frequency[0], metal.conductivity, metal.relative_permeability)
         note = Note.of(NoteKind.PERMEABLE, permeability=metal.relative_permeability, depths=float(depths))
         return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, False, (note,))
-    near = sources is not None or is_near(plate, part.outline, clear[0], rung)
+    near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
-    asked: Any = plate, part.outline, replace(rung, few=False, step=0.0), scale  # neither divides
+    asked: Any = plate, replace(rung, few=False, step=0.0), scale  # neither divides
     divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None

@@ -25,7 +25,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from sits_mech.geometry.outline import Outline
 from sits_mech.magnetics.coils.ring_field import STEP
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex
@@ -97,7 +96,7 @@ class TooLarge(ValueError):
         self.numbers = dict(numbers or {})
 
 
-def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float) -> PlateRung:
+def rung_for(tolerance: float, plates: Sequence[Target], half: float) -> PlateRung:
     """Return the rung for an asked error of Delta Z, and plates at most `half` skin depths from middle to face.
 
     Where a third of each half is no thicker than the finest sheet at the face of thick plates, plates begin with one
@@ -110,21 +109,18 @@ def rung_for(tolerance: float, plates: Sequence[tuple[Target, Outline | None]], 
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     if half / 3 <= ACROSS * ACROSS_LEVEL / rung.across[2]:
         rung = replace(rung, across=(1, 2, 3))
-    smooth = all(outline is None and plate.shape in ("rectangle", "disc") for plate, outline in plates)
+    smooth = all(plate.shape in ("rectangle", "disc") for plate in plates)
     return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < ROUGH)])
 
 
-def rungs_for(
-    tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float = math.inf
-) -> tuple[PlateRung, ...]:
+def rungs_for(tolerance: float, plates: Sequence[Target], half: float = math.inf) -> tuple[PlateRung, ...]:
     """Return the rung for an asked error (`rung_for`), and coarser ones to take where it needs too much memory."""
     coarser = sorted(error for error in (*(error for error, _ in LADDER), ROUGH, ROUGHEST[0]) if error > tolerance)
     return tuple(dict.fromkeys(rung_for(error, plates, half) for error in (tolerance, *coarser)))
 
 
 def fitting(
-    tolerance: float, plates: Sequence[tuple[Target, Outline | None]], half: float,
-    divided: Callable[[PlateRung], _Plates]
+    tolerance: float, plates: Sequence[Target], half: float, divided: Callable[[PlateRung], _Plates]
 ) -> tuple[_Plates, PlateRung, tuple[Note, ...]]:
     """Return plates as the first of `rungs_for` divides them that memory holds, it, and notes on finer ones.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.geometry.outline import Outline, outline_plan, target_outline
+from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, graded_axis, rectangle_plan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.space.rungs import PlateRung, TooLarge
@@ -27,7 +27,7 @@ _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far awa
 
 
 def divided_surfaces(
-    plate: Target, outline: Outline | None, rung: PlateRung, scale: tuple[float, float], sources: Sources | None
+    plate: Target, rung: PlateRung, scale: tuple[float, float], sources: Sources | None
 ) -> tuple[list[HalfSurface], tuple[int, ...], bool]:
     """Return two divisions of a plate's surface, the finer first, their cells' parts, whether a smooth map has both.
 
@@ -38,10 +38,10 @@ def divided_surfaces(
     width = min(plate.extent) / 2
     largest = min(_ALONG.largest * length, _WIDEST * width) * math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
-    smooth = outline is None and plate.shape != "outline"
+    smooth = plate.shape != "outline"
     counts = _LEVELS["smooth" if smooth else "outline"]
     along = replace(_ALONG, first=first, largest=largest, reach=reach)
-    plans = _plans(plate, outline, along, counts)
+    plans = _plans(plate, along, counts)
     heights = replace(_ALONG, first=first, largest=plate.thickness).coarser(counts[1])
     surfaces = [surface(plan, graded_axis(plate.thickness / 2, replace(heights, parts=parts)))
                 for plan, parts in zip(plans, counts, strict=True)]
@@ -49,18 +49,18 @@ def divided_surfaces(
     return surfaces, counts, smooth
 
 
-def _plans(plate: Target, outline: Outline | None, along: Grading, counts: tuple[int, ...]) -> list[CellPlan]:
+def _plans(plate: Target, along: Grading, counts: tuple[int, ...]) -> list[CellPlan]:
     """Return the divisions of a plate's face; a disc's have the angular orders that the coarser one's sectors tell."""
     sizes = [replace(along.coarser(counts[1]), parts=parts) for parts in counts]
-    if outline is None and plate.shape == "rectangle":
+    if plate.shape == "rectangle":
         return [rectangle_plan(*plate.extent, each) for each in sizes]
-    if outline is None and plate.is_round:
+    if plate.is_round:
         wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * along.largest)
         more = int(np.clip(math.ceil(wide), 1, _MORE))
         sizes = [replace(along.coarser(more * counts[1]), parts=more * parts) for parts in counts]
         orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=plate.hole).group) // 2 - 1
         return [disc_plan(plate.extent[0], each, orders=orders, inner=plate.hole) for each in sizes]
-    return [outline_plan(target_outline(plate, outline), each) for each in sizes]
+    return [outline_plan(target_outline(plate), each) for each in sizes]
 
 
 def _check(part: HalfSurface, sources: Sources | None) -> None:

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from common.track_losses import track_spectrum
 
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.setup import Setup
 from sits_mech.analysis.built.unknowns import PriorParameter, known, parameters_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.cli.main import run
-from sits_mech.magnetics.coils.resistance import track_spectrum
 from sits_mech.quantities import Array, Impedance, Pose, SolveReport
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from common.track_losses import coil_losses
+from common.track_losses import coil_losses, track_spectrum
 from scipy.constants import mu_0
 
 from sits_mech.disk_cache import VARIABLE
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.magnetics.coils import resistance
-from sits_mech.magnetics.coils.resistance import rough_shift, track_conductivity, track_resistance, track_spectrum
+from sits_mech.magnetics.coils.resistance import rough_shift, track_conductivity, track_resistance
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
@@ -69,13 +69,6 @@ def test_the_current_of_a_wide_track_keeps_to_its_inner_side() -> None:
     own = track_resistance(wide)
     assert own * track_conductivity(wide) * wide.track_thickness == pytest.approx(2 * np.pi / np.log(3), rel=1e-12)
     assert track_spectrum(wide, [1.0]).R[0] == pytest.approx(own, rel=1e-6)
-
-
-@pytest.mark.parametrize("wrong", [[], [0.0], [np.inf]])
-def test_refused(wrong: list[float]) -> None:
-    """One line each."""
-    with pytest.raises(ValueError, match="frequency: "):
-        track_spectrum(COIL, wrong)
 
 
 def test_so_many_filaments_are_refused_before_they_are_paired(monkeypatch: pytest.MonkeyPatch) -> None:

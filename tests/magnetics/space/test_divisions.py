@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.geometry.outline import Outline, read_outline
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
@@ -25,7 +24,7 @@ from sits_mech.magnetics.space.rungs import LADDER, ROUGHEST, PlateRung, TooLarg
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import GIB, MEMORY, SECONDS
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import SceneError, load_sensor
+from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 
 MESHES = Path(__file__).parents[3] / "meshes"
 
@@ -66,7 +65,7 @@ def test_polynomials_carry_a_charge_below_the_near_face(thickness: float) -> Non
     """The potential 1/r of a charge a clearance below a plate, on the face next to it, to the digits of the rung."""
     plate, (_, rung) = load_sensor("biorob2018").target, LADDER[0]
     assert plate is not None
-    box = field_box(plate.model_copy(update={"thickness": thickness}), None, 2e-3, rung)
+    box = field_box(plate.model_copy(update={"thickness": thickness}), 2e-3, rung)
 
     def potential(x: Any, y: Any, z: Any) -> Any:
         return 1.0 / np.hypot(np.hypot(x * box.half[0] - 1e-3, y * box.half[1]), (z + 1.0) * box.half[2] + 2e-3)
@@ -92,12 +91,17 @@ def test_axes_of_one_family_follow_one_map(length: float) -> None:
     assert all(after <= before * (1.0 + 1e-9) for before, after in pairwise(cells))
 
 
-def family(outline: Outline | None, tolerance: float, seen: Seen = Seen.POLYNOMIALS, target: Any = None) -> Any:
-    """Divisions of the catalogue's target."""
+def drawn(name: str) -> Sensor:
+    """The catalogue's sensor with a target of a mesh file's outline."""
+    target = f'target={{material="copper", thickness="0.2 mm", shape="outline", mesh="{MESHES / name}.msh"}}'
+    return load_sensor("biorob2018", [target])
+
+
+def family(target: Any, tolerance: float, seen: Seen = Seen.POLYNOMIALS) -> Any:
+    """Divisions of a target; by default of the catalogue's."""
     target = load_sensor("biorob2018").target if target is None else target
-    assert target is not None
-    rung = rungs_for(tolerance, [(target, outline)])[0]
-    return _family(target, outline, rung, (1.5e-3, 1e7, 8e-3, 2e-3), seen)
+    rung = rungs_for(tolerance, [target])[0]
+    return _family(target, rung, (1.5e-3, 1e7, 8e-3, 2e-3), seen)
 
 
 def peak(run: Callable[[], object]) -> int:
@@ -114,7 +118,7 @@ def peak(run: Callable[[], object]) -> int:
 @pytest.mark.parametrize("mesh, tolerance", [("cross", 2e-2), (None, 1e-3)])
 def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) -> None:
     """Of triangles over all of an outline, and of a quarter of a rectangle; a million pairs of prisms take 90 MB."""
-    found = family(None if mesh is None else read_outline(MESHES / f"{mesh}.msh"), tolerance)
+    found = family(mesh and drawn(mesh).target, tolerance)
     (plan, levels), box = found.divisions[0], found.box
     known = memory_of(plan, levels.size - 1, found.depth, math.prod(box.order)).max()
     taken = peak(lambda: prepare_sheets([(plan, levels)], 5.8e7, box, found.resolved, found.depth))
@@ -124,7 +128,7 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
 @pytest.mark.slow
 def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions() -> None:
     sensor = load_sensor("biorob2018")
-    found = family(None, 1e-2, Seen.IN_POSES, sensor.target)
+    found = family(sensor.target, 1e-2, Seen.IN_POSES)
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
     def asked() -> None:
         plates = prepare_near(found.divisions, 5.8e7, found.box, found.resolved, found.depth)
@@ -135,7 +139,7 @@ def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions() -> None:
 
 def test_memory_grows_like_the_square_of_the_cells() -> None:
     """Of an outline with narrow places at 2e-2, several GiB: what finer cells take is no matter of their making."""
-    slotted = read_outline(MESHES / "slotted_disc.msh")
+    slotted = drawn("slotted_disc").target
     fine, coarse = family(slotted, 2e-2), family(slotted, 5e-2)
     cells = [max(len(plan.cells) for plan, _ in each.divisions) for each in (fine, coarse)]
     assert fine.needed / coarse.needed == pytest.approx((cells[0] / cells[1]) ** 2, rel=0.2)
@@ -146,7 +150,7 @@ def test_memory_grows_like_the_square_of_the_cells() -> None:
 
 def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(MEMORY.variable, "0.01")
-    model = sheets(load_sensor("biorob2018"), 1e-2, outline=read_outline(MESHES / "slotted_disc.msh"))
+    model = sheets(drawn("slotted_disc"), 1e-2)
 
     def refused() -> None:
         with pytest.raises(TooLarge, match=r"^memory: \d+ cells of the plate of .* mm take some .* GiB, more than the "

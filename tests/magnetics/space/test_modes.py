@@ -17,7 +17,7 @@ SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)
 def test_divisions_share_their_fields() -> None:
     target = load_sensor("biorob2018").target
     assert target is not None
-    fine, coarse = prepared(target, None, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))[:3:2]
+    fine, coarse = prepared(target, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))[:3:2]
     assert fine.bases == coarse.bases and fine.unknowns > 2 * coarse.unknowns
     assert [part.coupling.shape[0] for part in fine.classes] == [part.coupling.shape[0] for part in coarse.classes]
 
@@ -27,8 +27,8 @@ def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> N
     """Fields are kept to 1e-5; with their gradients they would answer 1e-3 of Delta L apart."""
     sensor = load_sensor("biorob2018")
     assert sensor.target is not None
-    shared = prepared(sensor.target, None, PlateRung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
-    own = prepared(sensor.target, None, PlateRung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
+    shared = prepared(sensor.target, PlateRung((3, 4, 5), (2, 2, 2), 8.0), SCALE)[1]
+    own = prepared(sensor.target, PlateRung((4, 4, 4), (2, 2, 2), 8.0), SCALE)[0]
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
     one, two = (plate.reactions([plate], seen, 5e6)[0][0] for plate in (shared, own))
     assert shared.unknowns == own.unknowns
@@ -42,7 +42,7 @@ def test_one_preparation_answers_all_frequencies() -> None:
     sensor, rung = load_sensor("biorob2018"), LADDER[2][1]
     assert sensor.target is not None
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
-    wide, narrow = (prepared(sensor.target, None, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
+    wide, narrow = (prepared(sensor.target, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
     for f, thick in ((1e6, 3.0), (1e4, 0.3)):
         one, two = (
             plates[0].reactions(plates, seen, f, ImpedanceLimit(rung, thick, 0.1))[0][0] for plates in (wide, narrow)
