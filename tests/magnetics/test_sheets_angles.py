@@ -56,6 +56,7 @@ def test_a_fixed_plate_is_a_target_in_its_pose(mu_r: float, sigma: float, rel: f
     assert still.real == pytest.approx(moved.real, rel=rel) and still.imag == pytest.approx(moved.imag, rel=2 * rel)
 
 
+@pytest.mark.slow
 def test_a_scene_may_be_turned_as_a_whole() -> None:
     """A tilted plate over a D, about z."""
     drawn = {key: item for key, item in COIL.items() if key != "inner_diameter"}

@@ -53,7 +53,7 @@ def test_solid_turns_by_another_code(name: str, frequency: float, gap: float, of
     assert abs(R) < min(off, told_R) and abs(dL) < max(1e-3, told_L)
 
 
-@pytest.mark.parametrize("gap", [1.0, 0.3])
+@pytest.mark.parametrize("gap", [pytest.param(1.0, marks=pytest.mark.slow), 0.3])
 def test_three_models_see_the_same(gap: float) -> None:
     """Rings, finite elements, and sheets away from the coil and close to it: 1 % of what metal changes."""
     sensor, pose = study.scene("biorob2018", 5e6, gap), Pose(0.0, gap * MM)

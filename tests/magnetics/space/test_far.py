@@ -57,6 +57,7 @@ def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.M
     assert np.abs(near[0] - L).max() > 0.0
 
 
+@pytest.mark.slow
 def test_random_currents_are_added_to_those_that_were_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate is asked about as many fields as it has combinations at most; about half as many more anew each time."""
     columns, made, whole, parts = list[int](), list[object](), far.seen, neighbours.seen_from

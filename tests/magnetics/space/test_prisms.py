@@ -48,6 +48,7 @@ def errors(plan: CellPlan, points: tuple[int, int]) -> Array:
     return np.asarray(np.abs(prism_means(prisms, prisms, points=points) / exact - 1.0))
 
 
+@pytest.mark.slow
 def test_many_points_take_touching_cells_ten_times_closer_than_few(plan: CellPlan) -> None:
     few, many = errors(plan, FEW), errors(plan, MANY)
     assert many.max() < 3e-3 < few.max()
