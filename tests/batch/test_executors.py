@@ -63,6 +63,7 @@ def test_versions_of_workers_are_named() -> None:
         _alone("0.1.0", int)
 
 
+@pytest.mark.slow
 def test_a_client_in_this_process(tmp_path: Path) -> None:
     """It stays open; what it runs is what one process gives."""
     distributed = pytest.importorskip("distributed")

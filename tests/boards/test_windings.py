@@ -201,6 +201,7 @@ def strip(pen: Pen, line: Array, layer: str) -> str:
 
 
 BOARDS = [(5 + k % 6, HABITS[k % 8], 1 + (k + k // 6 + k // 24) % 6) for k in range(40)]
+BOARDS = [pytest.param(*each, marks=[pytest.mark.slow] * (each[2] > 3)) for each in BOARDS]
 
 
 @pytest.mark.parametrize(("kicad", "habit", "layers"), BOARDS)

@@ -64,10 +64,11 @@ def test_force_against_another_code(sink, force, off):
 
 
 PADS = [
-    pytest.param(10, 8, 2, 0.5, "", (), id="narrower"), pytest.param(6, 6, 6, 0.05, "", (), id="tall"),
+    pytest.param(10, 8, 2, 0.5, "", (), id="narrower", marks=pytest.mark.slow),
+    pytest.param(6, 6, 6, 0.05, "", (), id="tall"),
     pytest.param(8, 12, 2, 1.5, "", NoteKind.FACE_TOUCHES, id="wider-in-contact", marks=pytest.mark.slow),
     pytest.param(10, 10, 2, 1.7, "", NoteKind.FACE_TOUCHES, id="flush-in-contact", marks=pytest.mark.slow),
-    pytest.param(10, 8, 2, 1.0, ", free_stretch=1.01", (), id="grown"),
+    pytest.param(10, 8, 2, 1.0, ", free_stretch=1.01", (), id="grown", marks=pytest.mark.slow),
 ]
 
 

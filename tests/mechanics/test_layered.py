@@ -100,7 +100,8 @@ def test_layers_of_one_silicone_on_the_same_lines_are_one_to_rounding():
 
 
 @pytest.mark.parametrize(("make", "shape", "load"), [
-    (block_pad, (), LOAD), (block_pad, DISC, LOAD), (axisymmetric_pad, DISC, Wrench(F_z=0.8)),
+    pytest.param(block_pad, (), LOAD, marks=pytest.mark.slow), (block_pad, DISC, LOAD),
+    (axisymmetric_pad, DISC, Wrench(F_z=0.8)),
     (planar_layer, ('width="12 mm", length="1 m"', 'width="8 mm", length="1 m"'), Wrench(F_x=30.0, F_z=120.0)),
 ])
 def test_layers_of_one_silicone_are_one_within_the_stated_errors(make, shape, load):
@@ -160,6 +161,7 @@ def test_each_layer_remembers_by_itself(number):
     assert 0.2 * moved[0] < moved[1] < 0.8 * moved[0]
 
 
+@pytest.mark.slow
 def test_layers_of_one_relaxing_silicone_relax_as_one():
     relaxing = '{law="neo-hookean", shear_modulus=20e3, bulk_modulus=1e6, prony=[{weight=0.3, time="0.1 s"}]}'
     history = LoadHistory(np.array([0.0, 0.0, 0.2]), np.array([[0.0] * 6, *[[0.02, 0.1, 0, 0, 0, 0]] * 2]))
@@ -215,7 +217,7 @@ def test_notes_name_the_layer_that_is_stretched_beyond_its_data():
     assert ends == [pytest.approx(1.1)] and found.stretch > 1.1
 
 
-@pytest.mark.parametrize("moduli", [(20e3, 200e3), (200e3, 20e3)])
+@pytest.mark.parametrize("moduli", [(20e3, 200e3), pytest.param((200e3, 20e3), marks=pytest.mark.slow)])
 def test_what_small_strain_leaves_out_of_layers_is_within_its_bound(moduli):
     pad = sensor([(neo_hooke(mu, 100.0), 1.0) for mu in moduli], *['diameter="8 mm"'] * 2)
     for load in (Wrench(F_z=0.3), Wrench(F_x=0.1), Wrench(F_x=0.05, F_z=0.15, M=2e-4)):

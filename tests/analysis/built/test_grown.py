@@ -34,6 +34,7 @@ def test_a_longer_grid_asks_for_what_was_solved(values: ArrayLike) -> None:
     assert new & {*own} <= old
 
 
+@pytest.mark.slow
 def test_a_softer_sensor_is_found_on_a_longer_table(
     cheap: tuple[Sensor, xr.Dataset], numerics_alone: Callable[[], AbstractContextManager[None]], tmp_path: Path
 ) -> None:

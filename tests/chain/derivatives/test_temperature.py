@@ -96,6 +96,7 @@ def test_causes_of_a_table_sum_to_the_whole(data: xr.Dataset) -> None:
     np.testing.assert_allclose(own["slope_T_d_v"], single.pose[1].sum(), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_moved_table_is_one_at_another_temperature(data: xr.Dataset) -> None:
     """By 2 K: within 1 % of the change, as a second derivative leaves; what is read has capacitor and clock in it."""
     scene = sensor(*COEFFICIENTS)

@@ -66,6 +66,7 @@ def test_another_scene_of_the_same_pad_takes_its_rests(change: str, factors: lis
     assert shown(simulated(change)) == alone and not factors
 
 
+@pytest.mark.slow
 def test_a_finer_answer_goes_on_from_the_meshes_before(factors: list[int]) -> None:
     """What a smaller tolerance adds are finer meshes, with rims of their own; the answer is that of a scene alone."""
     coarse = simulated()

@@ -92,7 +92,7 @@ def steps(body, load, most):
     return left, here
 
 
-@pytest.mark.parametrize("load", [(0.8, 1.6), (1.0, 2.0)])
+@pytest.mark.parametrize("load", [(0.8, 1.6), pytest.param((1.0, 2.0), marks=pytest.mark.slow)])
 def test_newton_goes_on_where_it_wandered(load):
     """From rest in one step of the load, at half a thickness of shear; by itself it is lost."""
     body = line()[0].fine
@@ -101,7 +101,7 @@ def test_newton_goes_on_where_it_wandered(load):
     assert left[-1] <= SETTLED and there.min_J > 0.2
 
 
-@pytest.mark.parametrize("load", [(0.2, 0.8), (0.4, 1.6)])
+@pytest.mark.parametrize("load", [(0.2, 0.8), pytest.param((0.4, 1.6), marks=pytest.mark.slow)])
 def test_a_level_that_is_cut_at_rims_takes_two_steps_from_the_level_before(load):
     """Where it took four and more from rest; the target is where it rests to a tenth of the change of levels."""
     levels, states = line()[0], [rested(level, *load) for level in (0, 1)]
