@@ -6,6 +6,7 @@ from common.paper import FITTING, FREE_SIMULATED, MEASURED, READS, SIMULATED, ST
 from common.paper_bench import bench, left_over
 
 
+@pytest.mark.slow
 def test_the_setting_that_fits() -> None:
     """Printed: L0 + M12 as 0.43 uH a millimetre, percentages of L0, 20 degrees read as 0.5 mm of shear."""
     assert FITTING.free_inductance() == pytest.approx(FREE_SIMULATED, abs=0.005e-3)
