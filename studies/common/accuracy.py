@@ -33,7 +33,7 @@ End = tuple[str, str, float, float]
 """Of a curve: its name, its colour, seconds and error of its last point."""
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 _WIDE, _HIGH, _LETTER = 110.0, 10.0, 4.2  # a name of 8 point takes, and a letter of it [pt]
-_FAR = 60  # how far a name is moved at most [pt]
+_CLEAR, _FAR = 6.5, 60  # how far a name stands from a mark at least, and from its own at most [pt]
 _DECADE = 10.0  # of seconds, what a panel shows at least
 
 
@@ -161,10 +161,10 @@ def label_ends(axes: Axes, ends: Sequence[End]) -> None:
     marks = axes.transData.transform(np.vstack(marked)) * 72.0 / dots if marked else np.zeros((0, 2))
     for words, colour, seconds, error in sorted(ends, key=lambda end: -end[3]):
         x, y = axes.transData.transform((seconds, error)) * 72.0 / dots
-        along = marks[(marks[:, 0] > x + 1.0) & (marks[:, 0] < x + 12.0 + _LETTER * len(words)), 1]
-        heights = [at for left, at in taken if abs(left - x) < _WIDE] + along.tolist()
+        along = marks[(marks[:, 0] > x + 4.0) & (marks[:, 0] < x + 12.0 + _LETTER * len(words)), 1]
+        stand = [(at, _HIGH) for left, at in taken if abs(left - x) < _WIDE] + [(at, _CLEAR) for at in along.tolist()]
         steps = (y + sign * step for step in range(_FAR) for sign in (-1.0, 1.0))
-        low = next((at for at in steps if all(abs(each - at) >= _HIGH for each in heights)), y)
+        low = next((at for at in steps if all(abs(each - at) >= clear for each, clear in stand)), y)
         taken.append((x, low))
         axes.annotate(
             words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8, va="center",
