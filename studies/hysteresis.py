@@ -46,9 +46,12 @@ def draw(loops: dict[float, xr.Dataset], path: Path) -> None:
             left.plot(PEAK.F_z * data["share"], data["L_v_percent"], **way, lw=0.7, label=f"{period:.4g} s")
         for place, name, way in ((0, "first cycle", "C0o-"), (-1, "last cycle", "C1s--")):
             widths = [loops[period].attrs["loop_L_v_percent"][place] for period in periods]
-            right.plot(periods, widths, way, label=name if np.isfinite(widths).any() else f"{name}: below its error")
+            right.plot(periods, widths, way, label=name)
+            if not np.isfinite(widths).any():
+                right.text(0.5, 0.6 + 0.2 * place, f"{name}:\nbelow its error", transform=right.transAxes, ha="center")
         left.set(xlabel="normal force $F_z$ [N]", ylabel="$L_v\\,/\\,L_0$ [%]")
         right.set(xscale="log", xlabel="period [s]", ylabel="loop width [% of range]", ylim=(0.0, None))
+        right.set_xlim(periods[0] / 2.0, 2.0 * periods[-1])
         left.legend(title="period")
         right.legend()
         save_figure(figure, path)

@@ -154,7 +154,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             )
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
             for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
-                spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3)
+                spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3, clip_on=False)
             spot.set(xlabel=names[0], ylabel=what, title=f"by predictions; {words}")
             spot.legend()
             return figure
@@ -165,7 +165,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
         spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
         spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
-        spot.plot(at[:1], at[1:2], "k*", ms=7)
+        spot.plot(at[:1], at[1:2], "k*", ms=7, clip_on=False, zorder=3)
         spot.set(xlabel=names[0], ylabel=names[1])
         figure.suptitle(f"{fill(what, 56)}\nshaded: every limit holds; {words}")
     return figure
