@@ -144,7 +144,7 @@ def simulate(
     check_request(sensor, vars(wrench), **asdict(models))
     if history is not None:
         if load != Load() or via or others or not best or picture is not None:
-            raise SceneError("--history: must be given without a load, --via, --no-best, --picture, some temperatures")
+            raise SceneError("--history: must be given without a load, --via, --no-best, --picture or temperatures")
         return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")

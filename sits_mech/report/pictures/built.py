@@ -1,4 +1,4 @@
-"""Draw what readings told of a built sensor: unknowns before and after, what is left, errors of the forces; a lot."""
+"""Draw a built sensor by its readings: unknowns before and after, residuals, errors of the forces; and a lot."""
 
 from __future__ import annotations
 

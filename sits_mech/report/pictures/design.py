@@ -154,7 +154,8 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             )
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
             for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
-                spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3, clip_on=False)
+                y = float(np.interp(x, land.axes[0], shown))
+                spot.plot([x], [y], form, ms=7 if form == "k*" else 3, clip_on=False)
             spot.set(xlabel=names[0], ylabel=what, title=f"by predictions; {words}")
             spot.legend()
             return figure
