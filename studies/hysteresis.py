@@ -47,13 +47,15 @@ def draw(loops: dict[float, xr.Dataset], path: Path) -> None:
         for place, name, way in ((0, "first cycle", "C0o-"), (-1, "last cycle", "C1s--")):
             widths = [loops[period].attrs["loop_L_v_percent"][place] for period in periods]
             right.plot(periods, widths, way, label=name)
-            if not np.isfinite(widths).any():
-                right.text(0.5, 0.6 + 0.2 * place, f"{name}:\nbelow its error", transform=right.transAxes, ha="center")
         left.set(xlabel="normal force $F_z$ [N]", ylabel="$L_v\\,/\\,L_0$ [%]")
         right.set(xscale="log", xlabel="period [s]", ylabel="loop width [% of range]", ylim=(0.0, None))
         right.set_xlim(periods[0] / 2.0, 2.0 * periods[-1])
         left.legend(title="period")
-        right.legend()
+        if np.isfinite([loop.attrs["loop_L_v_percent"] for loop in loops.values()]).any():
+            right.legend()
+        else:
+            right.text(0.5, 0.5, "no width:\nthe range of $L_v$\nis within its error", transform=right.transAxes,
+                       ha="center", va="center")
         save_figure(figure, path)
 
 
