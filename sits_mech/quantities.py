@@ -437,7 +437,7 @@ class MechanicalModel(Protocol):
 
 @runtime_checkable
 class PathModel(Protocol):
-    """A mechanical model whose answer may depend on the way of the load."""
+    """A mechanical model whose answer may depend on the load path."""
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium under the last of `loads`, reached from rest straight from each to the next.

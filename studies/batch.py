@@ -58,18 +58,19 @@ def closed_form(t: np.ndarray, silicone: str) -> dict[str, np.ndarray]:
 def draw(data: xr.Dataset, path: Path) -> None:
     """Draw what shears, what is pressed, and what is read, over the thickness."""
     t = np.geomspace(THICKNESSES[0], THICKNESSES[-1], 50)
-    labels = {"d_h": "sheared by $d_h$ [um]", "d_v": "pressed by $d_v$ [um]", "C2": "C2 loses [nH]"}
+    labels = {"d_h": "sheared by $d_h$ [um]", "d_v": "pressed by $d_v$ [um]", "C2": "fall of C2 [nH]"}
     with new_figure(height=0.42, columns=3, width=7.0) as (figure, axes):
         for each, (name, label) in zip(axes, labels.items(), strict=True):
             for k, silicone in enumerate(SILICONES):
                 found = (-1e9 if name == "C2" else 1e6) * data[name].sel(silicone=silicone)
-                each.plot(1e3 * data["thickness"], found, "os"[k], color=f"C{k}", label=silicone)
+                each.plot(1e3 * data["thickness"], found, "os"[k], color=f"C{k}", label=f"{silicone}, solved")
                 if name != "C2":
-                    each.plot(1e3 * t, 1e6 * closed_form(t, silicone)[name], color=f"C{k}")
+                    form = 1e6 * closed_form(t, silicone)[name]
+                    each.plot(1e3 * t, form, color=f"C{k}", label=f"{silicone}, closed form")
             each.set(xlabel="thickness [mm]", ylabel=label, xscale="log", yscale="log")
             each.set_xticks([1e3 * thickness for thickness in THICKNESSES], [f"{1e3 * t:g}" for t in THICKNESSES])
             each.minorticks_off()
-        axes[0].legend()
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         save_figure(figure, path)
 
 

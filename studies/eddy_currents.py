@@ -44,12 +44,12 @@ def draw_currents(path: Path, rung: PlateRung) -> None:
     face = np.isclose(images[..., 2], images[..., 2].min())
     x, y, z = (images * 1e3).transpose(3, 0, 1, 2)
     shown = below.tripcolor(x[face], y[face], size[face], cmap="magma")
-    figure.colorbar(shown, ax=below, label="|J| of 1 A, lower face [A/m2]")
-    below.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+    figure.colorbar(shown, ax=below, label="|J| of 1 A in the coil [A/m2]")
+    below.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title="lower face: a ring above the coil")
     line = np.isclose(np.abs(y), np.abs(y).min())
     shown = cut.scatter(x[line], z[line], c=np.log10(size[line]), s=10, cmap="magma")
-    figure.colorbar(shown, ax=cut, label="log10 |J|, next to y = 0")
-    cut.set(xlabel="x [mm]", ylabel="z from the middle [mm]")
+    figure.colorbar(shown, ax=cut, label="log10 of |J| [A/m2]")
+    cut.set(xlabel="x [mm]", ylabel="z from the middle [mm]", title="cells next to y = 0: most at the lower face")
     figure.savefig(path, dpi=150)
 
 

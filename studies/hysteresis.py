@@ -43,13 +43,19 @@ def draw(loops: dict[float, xr.Dataset], path: Path) -> None:
     with new_figure(height=0.75, columns=2) as (figure, (left, right)):
         for stroke, period in zip(strokes(len(shown)), sorted(shown), strict=True):
             data, way = loops[period], {key: stroke[key] for key in ("color", "linestyle")}
-            left.plot(PEAK.F_z * data["share"], data["L_v_percent"], **way, lw=0.7, label=f"{period:.3g} s")
+            left.plot(PEAK.F_z * data["share"], data["L_v_percent"], **way, lw=0.7, label=f"{period:.4g} s")
         for place, name, way in ((0, "first cycle", "C0o-"), (-1, "last cycle", "C1s--")):
-            right.plot(periods, [loops[period].attrs["loop_L_v_percent"][place] for period in periods], way, label=name)
+            widths = [loops[period].attrs["loop_L_v_percent"][place] for period in periods]
+            right.plot(periods, widths, way, label=name)
         left.set(xlabel="normal force $F_z$ [N]", ylabel="$L_v\\,/\\,L_0$ [%]")
         right.set(xscale="log", xlabel="period [s]", ylabel="loop width [% of range]", ylim=(0.0, None))
+        right.set_xlim(periods[0] / 2.0, 2.0 * periods[-1])
         left.legend(title="period")
-        right.legend()
+        if np.isfinite([loop.attrs["loop_L_v_percent"] for loop in loops.values()]).any():
+            right.legend()
+        else:
+            right.text(0.5, 0.5, "no width:\nthe range of $L_v$\nis within its error", transform=right.transAxes,
+                       ha="center", va="center")
         save_figure(figure, path)
 
 

@@ -105,7 +105,8 @@ def figure_4(coarse: bool, folder: Path) -> None:
     x, z = np.linspace(-12.0, 12.0, 161), np.linspace(-4.0, 8.0, 81)
     places = (x + 1j * z[:, None]) * MM
     height = 0.17 * len(shown) + 0.04
-    with new_figure(height, columns=len(chosen), rows=len(shown), width=WIDE) as (figure, axes):
+    width = WIDE * max(len(chosen), 2) / len(FIELDS)
+    with new_figure(height * WIDE / width, len(chosen), len(shown), width=width) as (figure, axes):
         for spot, (setting, (name, place)) in zip(axes, product(shown, chosen), strict=True):
             pose = Pose(place[0] * MM, place[1] * MM, place[2] * DEGREE)
             field = planar_fem(setting.sensor(), 0.1).field(pose, setting.frequency)
@@ -130,7 +131,8 @@ def figure_4(coarse: bool, folder: Path) -> None:
             spot.set_xlabel("$x$ [mm]")
         for spot in axes[:: len(chosen)]:
             spot.set_ylabel("$z$ [mm]")
-        figure.suptitle("lines of flux; stated: coil 2 carries 1 mA at 5 kHz, fitting: both do at 5 MHz", fontsize=8)
+        words = ("stated: coil 2 carries 1 mA at 5 kHz", "fitting: both do at 5 MHz")[: len(shown)]
+        figure.suptitle(f"lines of flux; {', '.join(words)}", fontsize=8)
     save_figure(figure, folder / "figure_4.png")
 
 
@@ -237,7 +239,7 @@ def figure_7(count: int, tolerance: float, folder: Path) -> list[dict[str, objec
         with new_figure(height=1.0, columns=columns, rows=len(FIGURE_7), width=WIDE) as (figure, axes):
             for number, (spot, (setting, (width, _)), found) in enumerate(zip(axes, cases, maps, strict=True)):
                 values = found[..., 0] - found[..., 1] if signal == "difference" else found.sum(axis=-1)
-                picture = spot.pcolormesh(*at, values.T, shading="gouraud")
+                picture = spot.contourf(*at, values.T, levels=24)
                 figure.colorbar(picture, ax=spot).ax.tick_params(labelsize=6)
                 spot.grid(False)
                 spot.set_title(f"{setting.short}, {width} mm", fontsize=7)

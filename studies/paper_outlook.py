@@ -10,9 +10,9 @@ that calibration as a tared one would be,
 so that the forces misread are those of a change that the calibration does not know. A coil layer or material is chosen,
 not unknown: beside it stands what 1e-5 of L0 in both coils, as noise, is of each force by the changed sensor's slopes.
 Metal nearby is also read as it comes, untared: L = L0 p'(load). "outside" is a reading that belongs to no load of the
-table; "told to" is the changed model's own error as a force, dotted in the pictures: what is less is not resolved. What
-metal nearby does is told from the sensor with metal 40 mm away, which has the same division of the target: there the
-model's relative error counts of what the metal does alone.
+table; "resolved to" is the changed model's own error as a force, dotted in the pictures: what is less is not resolved.
+The effect of metal nearby is the difference to the sensor with metal 40 mm away, whose target is divided alike: there
+only the model's relative error of that effect counts.
 
 Run ``python studies/paper_outlook.py [--coarse] --output DIR``.
 """
@@ -136,8 +136,8 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
         "L_h, rest to load [%]": float(100.0 * (share[1, 0] - share[1, 1] - share[0, 0] + share[0, 1])),
         "F_x misread, tared [N]": _said(tared[0]), "F_z misread, tared [N]": _said(tared[1]),
     }
-    told = it.known.force_error(LOAD, it.L0 * error[1])
-    row |= {"F_x told to [mN]": float(1e3 * told[0]), "F_z told to [mN]": float(1e3 * told[1])}
+    resolved = it.known.force_error(LOAD, it.L0 * error[1])
+    row |= {"F_x resolved to [mN]": float(1e3 * resolved[0]), "F_z resolved to [mN]": float(1e3 * resolved[1])}
     if what in NOISES:
         alone = it.known.inverse(load + it.L0 * (share[1] - own[1])).forces - np.array(LOAD)
         row |= {"F_x misread, as it comes [N]": _said(alone[0]), "F_z misread, as it comes [N]": _said(alone[1])}
@@ -166,10 +166,11 @@ def draw(what: str, rows: list[dict[str, object]], path: Path) -> None:
                 sizes = np.array([scale * abs(value) if isinstance(value, float) else np.nan for value in values])
                 line = spot.plot(range(len(names)), sizes, style, label=f"${force}$")[0]
                 most = max(most, float(np.max(sizes, initial=0.0, where=np.isfinite(sizes))))
-                if scale > 1.0:  # below it the models cannot tell
-                    told = [row[f"{force} told to [mN]"] for row in rows]
-                    spot.plot(range(len(names)), told, ":", color=line.get_color(), linewidth=0.8, label="not resolved")
-                    most = max(most, *map(float, told))
+                if scale > 1.0:  # below it the models do not resolve a force
+                    resolved = [float(row[f"{force} resolved to [mN]"]) for row in rows]
+                    spot.plot(range(len(names)), resolved, ":", marker="_" if len(names) == 1 else "",
+                              color=line.get_color(), linewidth=0.8, label=f"${force}$ resolved to")
+                    most = max(most, *resolved)
             spot.set_xticks(range(len(names)), names)
             spot.set_xlim(-0.3, len(names) - 0.7)
             if scale > 1.0:
@@ -177,8 +178,8 @@ def draw(what: str, rows: list[dict[str, object]], path: Path) -> None:
             spot.set_ylim(0.0, (3.0 if scale > 1.0 else 1.15) * most)
             for place in np.flatnonzero(~np.isfinite(sizes)):
                 spot.text(place, most, "outside\nthe table", ha="center", va="top", fontsize=6)
-        axes[0].set_ylabel("tared, misread [mN]")
-        axes[1].set_ylabel("untared, misread [mN]" if nearby else "1e-5 of $L_0$ is [mN]")
+        axes[0].set_ylabel("misread, tared [mN]")
+        axes[1].set_ylabel("misread, untared [mN]" if nearby else "noise of 1e-5 $L_0$ [mN]")
         axes[1].set_xlabel(what)
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.suptitle(f"{SENSOR} under {LOAD[0]} N of shear, {LOAD[1]} N down", fontsize=8)

@@ -133,7 +133,6 @@ UNMIRRORED = {
     "geometry/meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
-    "report/pictures/built.py": "tests/cli/test_built.py: adapt draws it",
     "report/pictures/measured.py": "tests/analysis/built/test_comparison.py: compare draws and prints it",
     **dict.fromkeys(
         (f"report/pictures/{name}.py" for name in ("asked", "request")),

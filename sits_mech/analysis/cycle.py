@@ -31,7 +31,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
 from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
-from sits_mech.readout.signals import moves, told
+from sits_mech.readout.signals import moves, shown_signals
 from sits_mech.scene.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
@@ -102,7 +102,7 @@ def load_cycle(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
         request=json.dumps(request),
         frequency=sensor.frequency, **reading.impedance.convention, **marks,
-        **{key: item for name in told(data) for key, item in loop_widths(data, name).items()},
+        **{key: item for name in shown_signals(data) for key, item in loop_widths(data, name).items()},
     )
     return labelled(data)
 

@@ -1,12 +1,12 @@
 """Predict error and cost of a request on coarse meshes, and solve its loads until the signals meet the tolerance.
 
-The look gives a pose, from which the goal follows (goal.py): what an error of the pose is worth in the signals. Where
+The first two meshes give a pose, and at it the goal (goal.py): the effect of an error of the pose on the signals. Where
 the magnetic error is more than half of the tolerance it is reduced in proportion, so that the mechanics have the other
-half at least. What further meshes take and leave is predicted from the estimated error of the first (prices.py). A
-tolerance that is farther away than such a prediction may be off is refused before it is solved for.
+half at least. Cost and error of further meshes are predicted from the estimated error of the first (prices.py). A
+tolerance that is missed even if the prediction is off by its known factor is refused before the solve.
 
-Of a table the largest load and its images are looked at; where it is not carried the other loads are. When all loads
-that need it are solved on the first meshes, finer ones follow until the worst of them is good enough (interpolate.py).
+Of a table the largest load and its images are solved first; if it is not carried, the other loads are. When all needed
+loads are solved on the first meshes, finer ones follow until the worst of them is good enough (interpolate.py).
 """
 
 from __future__ import annotations

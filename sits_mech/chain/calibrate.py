@@ -90,7 +90,8 @@ def calibrate(
     drift : bool
         Whether slopes by temperature are asked for: ``slope_T_L``, ``slope_T_d_h``, ... (derivatives/temperature.py).
     best : bool
-        Whether a tolerance that cannot be reached is answered with what is; models of several meshes refuse it else.
+        Whether a tolerance that cannot be reached is answered as well as possible; without it models of several meshes
+        refuse it.
 
     Returns
     -------

@@ -67,7 +67,7 @@ class Why(StrEnum):
 
 
 class Candidate(NamedTuple):
-    """A model, and what it would be for a question."""
+    """A model with its error and cost for a question."""
 
     model: Description
     refusal: Refusal | None  # why it does not hold
@@ -115,7 +115,7 @@ class Choice:
 def candidates(
     known: Mapping[str, Description], sensor: Sensor, question: Question, *, loaded: bool = False
 ) -> tuple[Candidate, ...]:
-    """Return what each model would be for a question: the cheapest first, those that do not hold the scene last."""
+    """Return all models with error and cost for a question: the cheapest first, those not holding the scene last."""
     found = []
     for model in known.values():
         if (refusal := model.holds(sensor, question)) is not None:
@@ -182,7 +182,7 @@ def choose_mechanics(
 def magnetic_question(
     sensor: Sensor, tolerance: float, given: Sequence[Wrench] | Sequence[Pose] = (), *, loaded: bool = False
 ) -> Question:
-    """Return what the coils are asked: at poses that are given, or where loads bring the target."""
+    """Return the question to the magnetic models: given poses, or those to which loads move the target."""
     loads = on_target(sensor, [each for each in given if isinstance(each, Wrench)])
     moves = _moves(sensor, loads) if loaded else None
     return Question(tolerance, loads, _known_pose(given), moves=moves)
@@ -190,11 +190,11 @@ def magnetic_question(
 
 def _moves(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
     """Return the components of the pose that loads may change; all in the plane where nothing is known of them."""
-    beside = any(load.out_of_plane for load in loads)
+    leaves = any(load.out_of_plane for load in loads)
     sideways = any(load.components[_SIDEWAYS].any() for load in loads)
     if loads and not sideways and symmetry_of(sensor).mirrored:
-        return ("d_v", "alpha_z") if beside else ("d_v",)
-    return POSE if beside else POSE[:3]
+        return ("d_v", "alpha_z") if leaves else ("d_v",)
+    return POSE if leaves else POSE[:3]
 
 
 def _known_pose(given: Sequence[Wrench] | Sequence[Pose]) -> Pose | None:
@@ -267,8 +267,9 @@ def magnetic_model(
 ) -> tuple[MagneticModel, Choice]:
     """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`.
 
-    Known `poses` tell whether they leave the plane or an axis, and which conductors are too far to matter there;
-    otherwise that is asked of the target at rest. The errors of its answers hold what the model leaves out.
+    If `poses` are known, the choice depends on whether they leave the plane or an axis, and conductors too far
+    away to matter there are left out; otherwise the target at rest decides. The errors of its answers hold what the
+    model leaves out.
 
     Examples
     --------

@@ -7,11 +7,11 @@ slopes y_k of the model's answer (`magnetics.slopes`),
     error(y) = error_magnetics(y) + sum_j |sum_k y_k m_jk| + sum_k |y_k| a_k;
 
 slopes by components that no pose of a batch has an error in are not evaluated (a symmetric load is neither sheared nor
-turned). sum_k y_k m_jk and b are told beside the error: where loads are compared, what they share cancels as far as it
-is alike (readout/crosstalk.py).
+turned). sum_k y_k m_jk and b are returned beside the error: where loads are compared, shared parts cancel as far as
+they are alike (readout/crosstalk.py).
 
-For a signal both parts are taken of the signal itself: what moves all coils alike leaves their differences. What is
-left unrotated has the same derivatives by the target's place, and none by its rotation, to first order.
+For a signal both parts are those of the signal itself: an error common to all coils cancels in their differences. To
+first order, inductances at the unrotated pose have the same derivatives by the target's place, none by its rotation.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
 _LOG = logging.getLogger(__name__)
-_NO_WAY = "via: must be left out without elastomer.friction: the way of the load makes no difference"
+_NO_PATH = "via: must be left out without elastomer.friction: the load path makes no difference"
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,8 @@ def simulate(
     via : sequence of Wrench
         Loads that are passed on the way from rest, for a layer with friction.
     best : bool
-        Whether a tolerance that cannot be reached is answered with what is; models of several meshes refuse it else.
+        Whether a tolerance that cannot be reached is answered as well as possible; without it models of several meshes
+        refuse it.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def simulate(
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    (rest,) = with_omissions(sensor, [_shown(sensor, found.found, wrench, found.back)])
+    (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
     shown = simulated(sensor, found.field, rest)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
@@ -174,9 +175,9 @@ def rest_flags(
     sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None,
     left_out: Sequence[Omission] = (),
 ) -> tuple[str, ...]:
-    """Return flags of a rest by an error, its pose's by default, and by the silicone's data, as `flags_of`.
+    """Return the flags of an equilibrium by an error, by default that of its pose, and by the silicone's data.
 
-    `left_out` is what the coils' model leaves out besides.
+    They are as of `flags_of`; `left_out` is what the magnetic model leaves out.
     """
     report = found.report
     error = report.estimated_error if error is None else error
@@ -187,30 +188,30 @@ def rest_flags(
 
 
 def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "") -> list[Equilibrium]:
-    """Return rests whose errors hold what the mechanical model leaves out, a part that all of them share.
+    """Return equilibria whose errors hold what the mechanical model leaves out, a part that all of them share.
 
-    The model is that of a `name`, or of the first rest's report.
+    The model is the one called `name`, or that of the first report.
     """
     counted = counted_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests]) if rests else ()
     return [_with(sensor, rest, counted) for rest in rests] if counted else list(rests)
 
 
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
+    """Return the omissions of a mechanical model that count under loads; none of a model without a description."""
     model = MECHANICS.get(name)
     every = () if model is None else model.leaves_out(sensor, Question(loads=on_target(sensor, loads), closely=True))
     return tuple(item for item in every if item.counts and item.size != 0.0)
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:
-    """Return what omissions are worth of poses (..., 6), with signs; shape (m, ..., 6) [m, rad]."""
+    """Return the signed changes of poses (..., 6) by omissions, shape (m, ..., 6) [m, rad]."""
     moved = pose - unloaded_pose(sensor).components
     sizes = [by_component(item, moved) for item in left_out if not item.held and not item.unbounded]
     return np.array(sizes).reshape(-1, *pose.shape)
 
 
 def _with(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...]) -> Equilibrium:
-    """Return a rest whose error holds omissions."""
+    """Return an equilibrium whose error holds omissions."""
     parts = omitted_parts(sensor, left_out, rest.pose.components)
     error = Pose.of(rest.error.components + np.abs(parts).sum(axis=0))
     shared = np.concatenate([rest.shared, parts])
@@ -218,7 +219,7 @@ def _with(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...]) -> 
 
 
 class AimedRest(NamedTuple):
-    """A rest under the solved image of a load, and the magnetic model that reads it."""
+    """The equilibrium under the solved image of a load, and the magnetic model for its pose."""
 
     found: Equilibrium
     back: Array  # (6, 6), takes the image back to the load
@@ -233,7 +234,7 @@ def aimed_rest(
     sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry, *,
     best: bool = True,
 ) -> AimedRest:
-    """Solve where a target rests to a tolerance of the signals; its first meshes tell what that needs.
+    """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
     `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
     """
@@ -242,7 +243,7 @@ def aimed_rest(
     if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
         return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
     start, back = image_at_rest(symmetry, layer.rough, wrench)
-    first = _shown(sensor, start, wrench, back)
+    first = _of_load(sensor, start, wrench, back)
     check_clearance(sensor, first.pose)
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
@@ -252,28 +253,28 @@ def aimed_rest(
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))
     finer = layer.towards(aim.goal.weights @ back, aim.left)
     found, _ = image_at_rest(symmetry, finer, wrench, start)
-    rest = _shown(sensor, found, wrench, back)
+    rest = _of_load(sensor, found, wrench, back)
     error = aim.goal.of(poses_of([rest]))
     return AimedRest(found, back, aim.field, aim.asked, planned, error, aim.goal)
 
 
 def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
-    """Return where a target rests; what symmetry forbids of its pose is zero without error.
+    """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
-    Of the images of a load that leaves the plane one is solved, as for `calibrate`: half the pad where it is in the
-    plane. The state of such a one is not the load's own, and is left out. `via` are loads passed on the way, for a
-    layer with friction. Raises SceneError where these make no difference to the layer, SolveFailed without equilibrium.
+    A load that leaves the plane is solved as one of its images, as for `calibrate`: by half the pad if that lies in the
+    plane. The state of an image is not that of the load, and is left out. `via` are loads passed on the way, for a
+    layer with friction. Raises SceneError where the layer has none, SolveFailed without equilibrium.
     """
     if via:
-        found = _passed(sensor, layer, [*via, wrench])
+        found = _along_path(sensor, layer, [*via, wrench])
     else:
         image, back = image_at_rest(symmetry_of(sensor), layer, wrench)
-        found = _shown(sensor, image, wrench, back)
+        found = _of_load(sensor, image, wrench, back)
     return with_omissions(sensor, [found])[0]
 
 
-def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:
-    """Return the rest under a load, from that of its solved image."""
+def _of_load(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:
+    """Return the equilibrium under a load from that under its solved image."""
     image = symmetrised(found, symmetry_of(sensor), found.wrench)
     return image if found.wrench == wrench else turned(image, back, wrench)
 
@@ -281,9 +282,9 @@ def _shown(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> E
 def image_at_rest(
     symmetry: Symmetry, layer: MechanicalModel, wrench: Wrench, start: Equilibrium | None = None
 ) -> tuple[Equilibrium, Array]:
-    """Return where a target rests under the solved image of a load, and the matrix that takes it back.
+    """Return the equilibrium under the solved image of a load, and the matrix that takes it back to the load.
 
-    `start` is a rest of that image. Raises SolveFailed, of the load and not of its image, without an equilibrium.
+    `start` is an equilibrium under that image. Raises SolveFailed, with the load and not its image, without one.
     """
     solved, back = symmetry.standard(wrench) if wrench.out_of_plane else (wrench, np.eye(len(WRENCH)))
     try:
@@ -308,19 +309,19 @@ def image_at_rest(
 def check_way(sensor: Sensor, loads: Sequence[Wrench]) -> None:
     """Refuse loads passed on the way to the last one where they make no difference."""
     if len(loads) > 1 and not depends_on_path(sensor):
-        raise SceneError(_NO_WAY)
+        raise SceneError(_NO_PATH)
 
 
-def _passed(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
-    """Return the rest at the end of a path of loads, without what the symmetry of all of them forbids."""
+def _along_path(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
+    """Return the equilibrium at the end of a load path, without what the symmetry of all its loads forbids."""
     check_untouched(sensor, "loads on the way (via)")
     if not (depends_on_path(sensor) and isinstance(layer, PathModel)):
-        raise SceneError(_NO_WAY)
+        raise SceneError(_NO_PATH)
     return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)
 
 
 def simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
-    """Return what the sensor shows of a target at rest."""
+    """Return the simulation of an equilibrium: impedance and signals at its pose."""
     check_clearance(sensor, equilibrium.pose)
     try:
         reading = read_poses(sensor, field, poses_of([equilibrium]))

@@ -110,16 +110,16 @@ def inductance(
         return not_converged(error, as_json)
     unsolved = omissions(slowest, (None, choice), (), (pose, found))
     bounded = not any(item.unbounded for item in found.report.left_out)
-    beside = left_out_tables(unsolved)
+    omitted = left_out_tables(unsolved)
     if data is not None:
         flags = flags_of(report_of(data.attrs["report"]).estimated_error, tolerance, bounded=bounded)
         record = spectrum_record(pose, data, unsolved) | status_record(flags)
-        answer(record, [spectrum_table(data), *beside], as_json)
+        answer(record, [spectrum_table(data), *omitted], as_json)
         return exit_code_of(flags[:1], accept)
     flags = flags_of(found.report.estimated_error, tolerance, bounded=bounded)
     seen, missing = at_terminals(sensor, found)
     names = sensor.coil_names
-    tables = [impedance_table(names, found, flags), *beside, terminal_table(names, seen, missing)]
+    tables = [impedance_table(names, found, flags), *omitted, terminal_table(names, seen, missing)]
     record = impedance_record(pose, found, unsolved, seen, more=missing)
     answer(record | status_record(flags), tables, as_json)
     return exit_code_of(flags[:1], accept)
@@ -144,7 +144,7 @@ def simulate(
     check_request(sensor, vars(wrench), **asdict(models))
     if history is not None:
         if load != Load() or via or others or not best or picture is not None:
-            raise SceneError("--history: must be given without a load, --via, --no-best, --picture, some temperatures")
+            raise SceneError("--history: must be given without a load, --via, --no-best, --picture or temperatures")
         return in_time(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")

@@ -8,16 +8,16 @@ box, of which it sees combinations a, and some small products (`space.coupling`)
 
 Thin and thick skin regimes are one model: horizontal sheets, graded to the faces below the skin depth, each with its
 stream function, joined at the rim by loops that pass from sheet to sheet. One preparation answers all frequencies up to
-25 MHz, or those of a decade where plates of any outline answer each other. Five divisions (`space.rungs`) tell what
-finer cells along the plate and more sheets would change, apart: errors of second order, but for R where current crowds
-at the rim; all of it is extrapolated, and how far the divisions are from showing these orders is the estimated error.
-That and the energy of the coils' field that the polynomials miss, a share of the change, go smoothly with the pose:
-poses share these errors.
+25 MHz, or those of a decade where plates of any outline answer each other. Five divisions (`space.rungs`) show the
+effects of finer cells along the plate and of more sheets separately: errors of second order, but for R where current
+crowds at the rim. Both are extrapolated; how far the divisions are from showing these orders is the estimated error.
+That, and the share of the coils' field energy that the polynomials miss, change smoothly with the pose: poses share
+these errors.
 
 Small gaps under wide plates (`space.near`): the plate sees the coils' potential itself, cell by cell.
 
-Other metal (`space.neighbours`): plates parallel to the coils join with their own modes, and see the coils as they
-are, at rest; what they answer together is found once, and a pose costs some tens of milliseconds.
+Other metal (`space.neighbours`): fixed plates join with their own modes and see the coils' field itself; their
+common response is computed once, and a pose costs some tens of milliseconds.
 
 Permeable plates (`space.permeable`), steel, ferrite or filled rubber, join with a potential on their surface.
 

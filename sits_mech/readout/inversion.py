@@ -43,7 +43,7 @@ APART = 1e-3
 _SINGULAR = 1e-10  # of the longest column: what is left of a shorter one has no direction
 _BLOCK = 4096  # readings at a time
 _LOST = 4.0  # errors of a force, in halves of its range
-_HOPELESS = 1e3  # condition of the slopes: large errors alone are told beside an answer
+_ILL_CONDITIONED = 1e3  # condition of the slopes, below which large errors are given with the answer
 
 Statuses = NDArray[np.str_]
 
@@ -107,13 +107,14 @@ class InverseSearch:
         return np.moveaxis(self._inverse(self._seen(x.T)[1]), 2, 0)
 
     def lost(self, x: Array, off: Array) -> Mask:
-        """Tell of each force whether it is lost at most of some loads (m, d), inductances off by errors (n,).
+        """Return whether each force is unknown at most of some loads (m, d), with inductances off by errors (n,).
 
-        There the slopes are next to singular, and the errors leave nothing known of it, or nothing is left of its own.
+        There the slopes are nearly singular, and the error of the force is several times its range, or no inductance
+        depends on it.
         """
         slopes = self._seen(x.T)[1]
         answers = self._inverse(slopes)
-        singular = np.linalg.cond(np.moveaxis(slopes * self.weights[:, None, None], 2, 0)) > _HOPELESS
+        singular = np.linalg.cond(np.moveaxis(slopes * self.weights[:, None, None], 2, 0)) > _ILL_CONDITIONED
         blind = np.all(answers == 0.0, axis=1) | (times(np.abs(answers), off[:, None]) > _LOST)
         return np.asarray((blind & singular).mean(axis=1) > 0.5)
 
@@ -180,7 +181,7 @@ class InverseSearch:
         return _dot(off * self.weights[:, None], off * self.weights[:, None])
 
     def _hopeless(self, off: Array, left: Array) -> Mask:
-        """Tell what is far from any load's and stays so: differences (n, m), and those after a whole step."""
+        """Return which readings stay far from any load's: differences (n, m), and those after a whole step."""
         if len(off) == len(self.map.low):
             return np.zeros(off.shape[1], dtype=bool)
         far = np.max(np.abs(off) / self.full_scale[:, None], axis=0) > HOPELESS * INCONSISTENT

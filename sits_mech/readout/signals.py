@@ -72,8 +72,8 @@ def moves(values: Array, errors: Array) -> bool:
     return bool(np.ptp(values) > 2.0 * max(float(np.max(errors)), _ROUNDING))
 
 
-def told(names: Container[Any]) -> tuple[str, ...]:
-    """Return which signals a table shows a reader, relative to L0: the published pair's where it has them."""
+def shown_signals(names: Container[Any]) -> tuple[str, ...]:
+    """Return the signals of a table that reports show, relative to L0: the published pair where the table has it."""
     pair = tuple(f"{name}_percent" for name in PAIR)
     return pair if pair[0] in names else SIGNALS
 

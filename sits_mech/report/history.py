@@ -15,7 +15,7 @@ from rich.table import Table
 from sits_mech.notes import Omission
 from sits_mech.quantities import POSE, WRENCH, report_of, shown_unit
 from sits_mech.readout.loads import request_of
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import moves, shown_signals
 from sits_mech.report.left_out import entry
 from sits_mech.report.notes import joined_words, kept_sentences, sentences
 from sits_mech.report.pictures.curves import signal_label
@@ -44,7 +44,7 @@ def history_table(data: xr.Dataset) -> Table:
     rows = np.flatnonzero(data["given"].to_numpy())
     step = -(-len(rows) // _MOST)
     thinned = rows[::step]
-    loads, signals = moving(data), told(data)
+    loads, signals = moving(data), shown_signals(data)
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
     columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
     units = {"t": "s"} | {name: shown_unit(name) for name in loads}
@@ -77,7 +77,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},
         "error": {name: own[f"error_{name}"].to_numpy() for name in POSE},
-        "signals": {item: own[item].to_numpy() for name in told(data) for item in (name, f"error_{name}")},
+        "signals": {item: own[item].to_numpy() for name in shown_signals(data) for item in (name, f"error_{name}")},
         "L": coils,
         "unit_L": data.attrs["unit_L"],
         **({name: data[name].to_numpy() for name in _CODES if name in data}),
@@ -104,19 +104,20 @@ def codes_csv(data: xr.Dataset) -> str:
 
 
 def history_curves(data: xr.Dataset) -> Figure:
-    """Plot loads, pose and signals over time, one below the other; bands are errors."""
+    """Plot loads, pose and signals that change over time, one below the other; bands are errors."""
     time, rest = data["time"].to_numpy(), float(data["d_v"][0])
     forces, places = moving(data), [name for name in ("d_v", "d_h", "d_y") if np.any(data[name] != 0.0)]
-    names = told(data)
+    every = shown_signals(data)
+    names = [name for name in every if moves(data[name].to_numpy(), np.zeros(1))] or every[:1]
     rows = 2 + len(names) + ("code" in data)
     with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):
-            axes[0].plot(time, data[name], **stroke, markevery=[0], label=f"${name}$ [{shown_unit(name)}]")
+            axes[0].plot(time, data[name], **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
         axes[0].set_ylabel("load")
         axes[0].legend()
         for name, stroke in zip(places, strokes(len(places)), strict=True):
             start, label = (rest, f"${name} - {name}(0)$") if name == "d_v" else (0.0, f"${name}$")
-            axes[1].plot(time, 1e6 * (data[name] - start), **stroke, markevery=[0], label=label)
+            axes[1].plot(time, 1e6 * (data[name] - start), **(stroke | {"marker": ""}), label=label)
         axes[1].set_ylabel("pose [um]")
         axes[1].legend()
         for panel, name in zip(axes[2:], names, strict=False):
@@ -129,7 +130,7 @@ def history_curves(data: xr.Dataset) -> Figure:
             coils = [str(name) for name in data["coil"].to_numpy()]
             for t, values, name, stroke in zip(at.T, (code - code[0]).T, coils, strokes(len(coils)), strict=True):
                 axes[-1].plot(t, values, stroke["marker"], color=stroke["color"], ms=1.5, label=name)
-            axes[-1].set_ylabel("code - first")
+            axes[-1].set_ylabel("change of code")
             axes[-1].legend()
         axes[-1].set_xlabel("time [s]")
         for panel in axes[:-1]:

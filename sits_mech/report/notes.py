@@ -112,7 +112,7 @@ _TEMPLATES: Mapping[NoteKind, str] = {
         "elastomer.edge_radius is left out: the edges of this model are sharp, or as its mesh has them"
     ),
     NoteKind.NODES_MERGED: "{mesh}: {count} duplicated nodes were merged, as elastomer.weld asks",
-    NoteKind.INTERPOLATED: "pose between solved loads, by a smooth map through them",
+    NoteKind.INTERPOLATED: "pose interpolated between solved loads by a smooth map",
     NoteKind.PATH_PART: "reached {part:.1%} of the path",
     NoteKind.TIMES: "history: {count} times on {meshes} meshes; error of the time steps {error:.1g}",
     NoteKind.AS_A_WHOLE: "rate: relaxation of the pad as a whole, component by component",
@@ -122,9 +122,9 @@ _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.RINGS: "disc as {rings} rings, extrapolated from {levels} levels of division",
     NoteKind.SPIRALS_AS_RINGS: "spiral windings taken as rings",
     NoteKind.SPIRALS: "spiral windings: L0 differs from that of rings by up to {share:.2%}",
-    NoteKind.PERMEABLE: "permeable, mu_r = {permeability:g}, {depths:.3g} skin depths thick: saturation is not in it",
+    NoteKind.PERMEABLE: "permeable, mu_r = {permeability:g}, {depths:.3g} skin depths thick: saturation is left out",
     NoteKind.FIELD_ON: (
-        "permeable: the coils' own field on it is up to {field:.2g} A/m per ampere; hold that against its saturation"
+        "permeable: the coils' own field on it is up to {field:.2g} A/m per ampere; compare it with its saturation"
     ),
     NoteKind.GAP_SMALL: "the gap is small for so wide a plate: {share:.1%} of the coils' field is not resolved",
     NoteKind.LARGE_LOAD: (

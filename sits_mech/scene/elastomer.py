@@ -93,7 +93,7 @@ class Elastomer(BaseModel):
         it matters: wherever a free face touches something.
     friction : float
         Coefficient of Coulomb's friction of free faces on ground and target, zero for none. The answer then depends on
-        the way of the load (models at finite strain); contact may not be "never".
+        the load path (models at finite strain); contact may not be "never".
     edge_radius : float or None
         Planar and axisymmetric models: radius of the fillets with which the free side faces meet the plates; they are
         drawn in by half of it, bonded widths stay. By default corners are sharp, and singular [m].

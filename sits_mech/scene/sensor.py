@@ -156,9 +156,9 @@ class Sensor(BaseModel):
 
 
 def silicone_of(sensor: Sensor) -> Silicone | None:
-    """Return the silicone by whose rate and softening a pad as a whole goes, None without one.
+    """Return the silicone whose rate and softening stand for the pad as a whole, None without a pad.
 
-    Raises SceneError for silicones that do not relax alike, or soften, each by its own strain.
+    Raises SceneError for several silicones that do not relax alike, or that soften, each by its own strain.
     """
     made = silicones_of(sensor)
     if len(made) > 1 and (len({each.prony for each in made}) > 1 or any(each.mullins for each in made)):

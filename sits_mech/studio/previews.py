@@ -27,7 +27,7 @@ import xarray as xr
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.quantities import POSE, Array
 from sits_mech.readout.loads import varied
-from sits_mech.readout.signals import rows_of, signals, told
+from sits_mech.readout.signals import rows_of, shown_signals, signals
 from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import Sensor
 
@@ -180,6 +180,6 @@ def _table(base: SolvedScene, sensor: Sensor, own: tuple[Array, Array], rest: tu
 
 def open_share(data: xr.Dataset) -> float:
     """Return the largest error of a signal of a table, over the range of all."""
-    names = [name for name in told(data) if name in data]
+    names = [name for name in shown_signals(data) if name in data]
     ranges = max(float(np.nanmax(data[name]) - np.nanmin(data[name])) for name in names)
     return max(float(np.nanmax(data[f"error_{name}"])) for name in names) / ranges

@@ -101,12 +101,13 @@ def parameters(test: str, found: Comparison) -> list[dict[str, object]]:
 def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str, object]]:
     """Draw the correlations and each parameter's profile, coarse: the last one's, and return these as rows."""
     names, rows = found.fit.names, []
-    with new_figure(height=0.62, columns=3, rows=3, width=7.0) as (figure, axes):
+    columns, rows_shown = (2, 1) if coarse else (3, 3)
+    with new_figure(0.22 * rows_shown, columns, rows_shown, width=7.0 * columns / 3) as (figure, axes):
         axes[0].imshow(found.fit.correlation, vmin=-1, vmax=1, cmap="RdBu")
         short = [name.rpartition(".")[2] for name in names]
         axes[0].set_xticks(range(len(names)), short, rotation=60, ha="right", rotation_mode="anchor", fontsize=6)
         axes[0].set_yticks(range(len(names)), short, fontsize=6)
-        axes[0].set_title("correlations: blue +1, red -1", fontsize=7)
+        axes[0].set_title("correlations: blue +1, red \u22121", fontsize=7)
         axes[0].grid(False)
         for spot, name, own in list(zip(axes[1:], names, found.free, strict=False))[-1 if coarse else 0 :]:
             scale, unit = KNOWN[name][1:]
@@ -121,7 +122,7 @@ def draw_profiles(found: Comparison, coarse: bool, path: Path) -> list[dict[str,
         for spot in axes:
             if not spot.has_data():
                 spot.set_axis_off()
-        figure.suptitle("black: what the points say; dotted: what was known beforehand; red: 95 %", fontsize=7)
+        figure.suptitle("black: by the measured points; dotted: by what was known before; red: 95 %", fontsize=7)
     save_figure(figure, path)
     return rows
 

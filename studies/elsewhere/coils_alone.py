@@ -209,8 +209,8 @@ def draw(found: dict[str, list[tuple[float, float]]], rows: list[Row], folder: P
             rho, share = np.array(points).T
             axes.plot(rho + 0.006 * (number - 1.5), 100 * (share - 1), f"C{number}o", label=name, alpha=0.6)
         for limit in (-3.0, 3.0):
-            axes.axhline(limit, color="k", linewidth=0.6, linestyle="--")
-        axes.set(xlabel="fill (d_out - d_in)/(d_out + d_in) [-]", ylabel="closed form less computed [%]")
+            axes.axhline(limit, color="k", linewidth=0.6, linestyle="--", label="3 %" if limit > 0.0 else None)
+        axes.set(xlabel="fill (d_out - d_in)/(d_out + d_in) [-]", ylabel="closed form minus computed [%]")
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         save_figure(figure, folder / "closed_forms.png")
     wound = [row for row in rows if row.case in ("wound coils", "ECAS-8 spiral") and np.isfinite(row.computed)]
@@ -222,6 +222,6 @@ def draw(found: dict[str, list[tuple[float, float]]], rows: list[Row], folder: P
         axes.set_yticks(range(len(wound)), labels, fontsize=5.5)
         axes.set_xscale("symlog", linthresh=5.0)
         axes.set_xticks([-50, -10, -5, -2, 0, 2, 5], ["-50", "-10", "-5", "-2", "0", "2", "5"])
-        axes.set(xlabel="computed less published [%]", xlim=(-70.0, 7.0))
+        axes.set(xlabel="computed minus published [%]", xlim=(-70.0, 7.0))
         axes.invert_yaxis()
         save_figure(figure, folder / "coils_alone.png")

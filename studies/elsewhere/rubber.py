@@ -116,14 +116,14 @@ def draw(curves: dict[str, Array], curve: Array, folder: Path) -> None:
             S, computed, published = points.T
             axes.plot(S, 100 * (computed / published - 1), f"C{number}o-", label=shape)
         for limit in (-10.0, 10.0):
-            axes.axhline(limit, color="k", linewidth=0.6, linestyle="--")
-        axes.set(xlabel="shape factor S [-]", ylabel="computed less closed form [%]")
-        axes.legend()
+            axes.axhline(limit, color="k", linewidth=0.6, linestyle="--", label="10 %" if limit > 0.0 else None)
+        axes.set(xlabel="shape factor S [-]", ylabel="computed minus closed form [%]")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         save_figure(figure, folder / "bonded_blocks.png")
     with new_figure() as (figure, (axes,)):
         axes.plot(100 * EXTENSION, STRESS / 1e6, "C0o", label="measured, machine included")
         axes.plot(100 * curve[:, 0], curve[:, 1] / 1e6, "C1s-", label="computed (block)")
-        axes.plot([0, 2.4], [0, 0.024 * CORRECTED / 1e6], "k--", label="freed of the machine")
+        axes.plot([0, 2.4], [0, 0.024 * CORRECTED / 1e6], "k--", label="corrected for the machine")
         axes.set(xlabel="extension [%]", ylabel="stress [MPa]")
         axes.legend()
         save_figure(figure, folder / "disc_pulled.png")

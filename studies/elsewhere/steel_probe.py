@@ -236,14 +236,14 @@ def draw(best: Fit, found: Drift, folder: Path) -> None:
         upper.set(ylabel="frequency [MHz]")
         upper.legend()
         lower.plot(HEIGHT, best.um, "C1-")
-        lower.set(xlabel="height of the nozzle [mm]", ylabel="left, as height [um]")
+        lower.set(xlabel="height of the nozzle [mm]", ylabel="residual as height [um]")
         save_figure(figure, folder / "probe_over_steel.png")
     with new_figure() as (figure, (axes,)):
         for number, T in enumerate((40, 60, 80)):
             axes.plot(found.height, found.measured[:, number], f"C{number}o", label=f"measured at {T} degC")
         axes.plot(found.height, found.computed, "k-", label="computed: steel and board")
         axes.fill_between(found.height, found.computed - found.open, found.computed + found.open, alpha=0.2,
-                          label="capacitor and mount open")
+                          label="unknown: capacitor, mount")
         axes.set(xlabel="height of the nozzle [mm]", ylabel="df/dT [Hz/K]")
         axes.legend()
         save_figure(figure, folder / "probe_drift.png")

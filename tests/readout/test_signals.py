@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.signals import combine, moves, signals, told, weights_of
+from sits_mech.readout.signals import combine, moves, shown_signals, signals, weights_of
 
 RADIUS = 3.5e-3
 
@@ -38,8 +38,8 @@ def test_first_moments_of_four_coils_by_hand() -> None:
     np.testing.assert_allclose(shown.dL_x, [0.0, -10.0, 0.0], atol=1e-13)
     np.testing.assert_allclose(shown.dL_y, [0.0, 0.0, -10.0], atol=1e-13)
     assert shown.L_v is None and not {"L_v", "L_h_percent"} & set(shown.known)
-    assert told(shown.known) == ("dL_v", "dL_x", "dL_y")
-    assert told({"L_v_percent": 1.0, "L_h_percent": 0.0, "dL_v": 0.0}) == ("L_v_percent", "L_h_percent")
+    assert shown_signals(shown.known) == ("dL_v", "dL_x", "dL_y")
+    assert shown_signals({"L_v_percent": 1.0, "L_h_percent": 0.0, "dL_v": 0.0}) == ("L_v_percent", "L_h_percent")
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ SAID = [
         Note.of(K.MESH_TOO_LARGE, needed=5.0 * GIB, limit=4.0 * GIB),
         f"a finer mesh would take {TOO_LARGE}: raise it for a smaller error",
     ),
-    (Note(K.INTERPOLATED), "pose between solved loads, by a smooth map through them"),
+    (Note(K.INTERPOLATED), "pose interpolated between solved loads by a smooth map"),
     *((Note.of(K.PATH_END, end=end), words) for end, words in REASONS.items()),
     (Note.of(K.PATH_PART, part=0.225), "reached 22.5% of the path"),
     (
@@ -120,11 +120,11 @@ SAID = [
     ),
     (
         Note.of(K.PERMEABLE, permeability=120.0, depths=17.25, part="conductors.core"),
-        "conductors.core: permeable, mu_r = 120, 17.2 skin depths thick: saturation is not in it",
+        "conductors.core: permeable, mu_r = 120, 17.2 skin depths thick: saturation is left out",
     ),
     (
         Note.of(K.FIELD_ON, field=1234.0),
-        "permeable: the coils' own field on it is up to 1.2e+03 A/m per ampere; hold that against its saturation",
+        "permeable: the coils' own field on it is up to 1.2e+03 A/m per ampere; compare it with its saturation",
     ),
     *(
         (

@@ -19,7 +19,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import POSE, Wrench
 from sits_mech.readout.loads import request_of
-from sits_mech.readout.signals import moves, told
+from sits_mech.readout.signals import moves, shown_signals
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked
 
@@ -41,7 +41,7 @@ def full_cycle(
     full = full.drop_vars(["given", "status", "flags"]).assign_attrs(marked(joined(data["flags"].to_numpy())))
     full = full.assign_attrs(request=json.dumps(request))
     return labelled(
-        full.assign_attrs({key: item for name in told(full) for key, item in loop_widths(full, name).items()})
+        full.assign_attrs({key: item for name in shown_signals(full) for key, item in loop_widths(full, name).items()})
     )
 
 
@@ -51,9 +51,9 @@ def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
     What does not move is left out.
     """
     found = {}
-    for name in (*POSE, *told(full)):
+    for name in (*POSE, *shown_signals(full)):
         own, other = full[name].to_numpy(), cheap[name].to_numpy()
         span, error = float(np.ptp(own)), full[f"error_{name}"].to_numpy()
-        if moves(own, error) if name in told(full) else span > 2.0 * float(np.max(error)):
+        if moves(own, error) if name in shown_signals(full) else span > 2.0 * float(np.max(error)):
             found[name] = 100.0 * float(np.max(np.abs(own - other))) / span
     return found

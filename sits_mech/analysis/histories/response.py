@@ -46,7 +46,7 @@ from sits_mech.quantities import (
     Wrench,
     kept_report,
 )
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import shown_signals
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
 PARTS = 8
@@ -153,7 +153,7 @@ def _share(
 
     Of poses over the largest displacement where no signal changes.
     """
-    lever, signals = levers(sensor), told(values)
+    lever, signals = levers(sensor), shown_signals(values)
     size = np.max(np.abs((pose - unloaded_pose(sensor).components) * lever), initial=1e-300)
     weights = np.diag(lever / size) if goal is None else np.abs(goal.weights)
     span = max(*(float(np.ptp(values[name])) for name in signals), 1e-300)

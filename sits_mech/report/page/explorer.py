@@ -25,7 +25,7 @@ from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import POSE, UNITS, shown_unit
 from sits_mech.readout.crosstalk import signals_of
 from sits_mech.readout.loads import fixed, several, varied
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import shown_signals
 from sits_mech.report.records import json_text
 from sits_mech.report.tables.loads import KINDS
 from sits_mech.report.tables.solves import shown_scale
@@ -122,7 +122,7 @@ def items_of(sensor: Sensor, data: xr.Dataset, read: Readings) -> list[Record]:
         coils.append(entry | {"unit": "µH"})
         if read.codes is not None:
             coils.append({"label": f"code of {coil.name}", "name": f"code{i}", "scale": 1, "digits": 0, "unit": ""})
-    for name in dict.fromkeys((*told(data), *signals_of(data).values())):
+    for name in dict.fromkeys((*shown_signals(data), *signals_of(data).values())):
         entry = {"label": _SIGNAL[name], "name": name, "error": f"error_{name}", "scale": 1, "digits": 3, "unit": "%"}
         found.append(entry)
     for name, label in _POSE.items():

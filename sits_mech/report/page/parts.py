@@ -21,7 +21,7 @@ from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.readout.loads import answered, at_middle, fixed, load_words, request_of, varied
 from sits_mech.readout.quality import quality
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import shown_signals
 from sits_mech.report.tables.loads import KINDS, failures, load_table, remarks, summary_table
 from sits_mech.report.tables.quality import limits_record, limits_table, quality_record, quality_tables
 from sits_mech.report.tables.readings import front_end_table
@@ -288,7 +288,7 @@ def computed_part(data: xr.Dataset) -> str:
         ("time", f"{float(seconds.sum()):.3g} s for all loads, at most {float(seconds.max()):.2g} s for one"),
         ("smallest volume ratio", f"{least:.4f}" if math.isfinite(least) else "not known"),
         *((f"largest error of {name.removesuffix('_percent')}", f"{_most(done, f'error_{name}')} % of L0")
-          for name in told(data)),
+          for name in shown_signals(data)),
         ("version", f"sits-mech {data.attrs['version']}, scene {data.attrs['scene_hash']}"),
     ]
     return _pairs(rows)

@@ -78,7 +78,9 @@ def board_figure(board: Board, found: Sequence[Listed]) -> Figure:
     height = spread[1] / spread[0] + 0.3 + 0.08 * len(found)
     with new_figure(height=min(max(height, _LEAST), _TALLEST)) as (figure, (axes,)):
         fills = [MM * points * (1, -1) for zone in board.zones for _, points in zone.fills]
-        axes.add_collection(PolyCollection(fills, facecolor="0.92", edgecolor="0.8", linewidth=0.3))
+        pours = PolyCollection(fills, facecolor="0.92", edgecolor="0.8", linewidth=0.3)
+        pours.set_label("copper" if fills else "")
+        axes.add_collection(pours)
         lines = [MM * drawn(track) * (1, -1) for track in board.tracks]
         axes.add_collection(LineCollection(lines, colors="0.7", linewidth=0.4))
         for number, each in enumerate(found, start=1):

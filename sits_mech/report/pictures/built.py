@@ -1,4 +1,4 @@
-"""Draw what readings told of a built sensor: unknowns before and after, what is left, errors of the forces; a lot."""
+"""Draw a built sensor by its readings: unknowns before and after, residuals, errors of the forces; and a lot."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ACROSS = 9  # loads along each force of the plane
+
 
 def adaptation_figure(found: Adaptation) -> Figure:
     """Return unknowns in deviations of what was known, readings less model, errors of forces over the plane of two."""
@@ -45,7 +46,7 @@ def _known(axes: Axes, place: Integers, names: Sequence[str]) -> None:
     """Draw what was known of unknowns, a bar each."""
     axes.barh(place, 4.0, left=-2.0, color="0.9", height=0.8, label="known before")
     axes.set_yticks(place, names)
-    axes.set(xlabel="deviations of what was known", title="unknowns, 95 %")
+    axes.set(xlabel="standard deviations of what was known", title="unknowns, 95 %")
 
 
 def _readings(found: Adaptation, axes: Axes) -> None:
@@ -56,8 +57,9 @@ def _readings(found: Adaptation, axes: Axes) -> None:
         before, after = (1e9 * np.maximum(np.abs(part[:, k]), 1e-15) for part in (found.before, found.residual))
         axes.semilogy(rows, before, mark, color=colour, markerfacecolor="none", label=f"{coil}, before")
         axes.semilogy(rows, after, mark, color=colour, label=f"{coil}, adapted")
-    axes.axhline(1e9 * float(np.hypot(prior.noise, prior.model).max()), color="black", linewidth=0.5)
-    axes.set(xlabel="row of the bench file", ylabel="off [nH]", title="readings and model")
+    expected = 1e9 * float(np.hypot(prior.noise, prior.model).max())
+    axes.axhline(expected, color="black", linewidth=0.5, label="noise and model")
+    axes.set(xlabel="row of the bench file", ylabel="|reading \u2212 model| [nH]", title="readings and model")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
 
 
@@ -112,12 +114,9 @@ def production_figure(found: Production, record: dict[str, Any]) -> Figure:
         rows = record["delivered"]
         for force in rows[0]["force_error"]:
             errors.semilogy([100.0 * row["force_error"][force] for row in rows], "o-", label=force)
-        errors.axhline(100.0 * record["limit"], color="black", linewidth=0.5)
-        for number, row in enumerate(rows):
-            errors.annotate(f"{100.0 * row['yield']:.0f} %", (number, 100.0 * max(row["force_error"].values())),
-                            textcoords="offset points", xytext=(0, 5), ha="center")
-        errors.set_xticks(range(len(rows)), [row["after"] for row in rows])
-        errors.set(ylabel="error [% of range]", title="next units: error, yield")
+        errors.axhline(100.0 * record["limit"], color="black", linewidth=0.5, label="limit")
+        errors.set_xticks(range(len(rows)), [f"{row['after']}\nyield {100.0 * row['yield']:.0f} %" for row in rows])
+        errors.set(ylabel="error [% of range]", title="error and yield of the next units")
         errors.margins(x=0.1, y=0.15)
         errors.legend()
     return figure

@@ -60,6 +60,9 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         seen, words = _errors_of(curves)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors if seen else None, **stroke, elinewidth=0.6, label=name)
+            if seen:  # bars as a line that is not drawn: the legend keeps clear of lines alone
+                ends = np.stack([values - errors, values + errors, np.full_like(values, np.nan)], axis=-1)
+                axes.plot(np.repeat(data[along], 3), ends.ravel(), linestyle="none", marker="")
         axes.set_xlabel(load_label(along))
         axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
         figure.suptitle(_curves_title(data, signal, held, words))
@@ -110,7 +113,12 @@ def load_label(name: str) -> str:
 
 def _short_label(name: str) -> str:
     """Return symbol and unit of a component, of a touch's place in mm."""
-    return f"${name[-1]}$ [mm]" if name in TOUCH else f"${name}$ [{shown_unit(name)}]"
+    return f"{_short_symbol(name)} [{'mm' if name in TOUCH else shown_unit(name)}]"
+
+
+def _short_symbol(name: str) -> str:
+    """Return a component of a load, or a coordinate of a touch's place, as mathematics."""
+    return f"${name[-1] if name in TOUCH else name}$"
 
 
 def _in_mm(data: xr.Dataset) -> xr.Dataset:
@@ -156,16 +164,16 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             places = data[across].to_numpy(), data[up].to_numpy()
             picture = axes.pcolormesh(*places, values, cmap="RdBu_r", vmin=-reach, vmax=reach, rasterized=True)
             lines = axes.contour(*places, values, _round_levels(values.to_numpy()), colors="0.25", linewidths=0.5)
-            for label in axes.clabel(lines, fontsize=5, fmt="%g"):
+            for label in axes.clabel(lines, fontsize=5, fmt=lambda level: f"{level:g}".replace("-", "\u2212")):
+                label.set_rotation(0.0)  # a 6 on its head reads 9, and a minus along a line is lost
                 label.set_path_effects([withStroke(linewidth=1.2, foreground="white")])
             axes.grid(False)
-            axes.set_title(f"${force}$ into ${_symbol(signal)}$")
+            axes.set_title(f"{_short_symbol(force)} into ${_symbol(signal)}$")
             axes.set_xlabel(_short_label(across))
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
             label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
         every[0].set_ylabel(_short_label(up))
-        title = f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values, dashed where negative"
-        figure.suptitle(fill(title, 58))
+        figure.suptitle(fill(f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values", 58))
     return figure
 
 
@@ -198,7 +206,7 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
         axes.imshow(shares, cmap="Greys", vmin=0.0, vmax=100.0, aspect="auto")
         for (i, j), text in texts.items():
             axes.annotate(text, (j, i), ha="center", va="center", fontsize=6)
-        axes.set_xticks(range(len(forces)), [f"${name}$" for name in forces])
+        axes.set_xticks(range(len(forces)), [_short_symbol(name) for name in forces])
         axes.set_yticks(range(len(own)), [f"${_symbol(name)}$" for name in own.values()])
         axes.set_xlabel("applied over its whole range")
         axes.set_ylabel("signal")

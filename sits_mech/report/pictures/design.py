@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.style import new_figure
+from sits_mech.report.pictures.style import new_figure, numbered_labels
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answer import Figure as Asked
 from sits_mech.synthesis.answered import Answered, Task
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 _MOST = 4  # pairs of figures in the picture of the front
 _BAR = 1.3  # of a limit: what bars are cut at
-_NEAR = np.array([0.3, 0.1])  # of an axis: what is nearer shares a label
 _SHORT = 15  # letters of a label: three of longer ones do not stand beside each other
 
 
@@ -76,11 +75,13 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     task = found.task
     _draw_choices(spot, asked, found, names)
     spot.margins(0.15)
-    places = _places(task, found.front, names)
-    for place, numbers in _joined(places, np.array([np.ptp(spot.get_xlim()), np.ptp(spot.get_ylim())])):
-        right = place[0] > np.mean(spot.get_xlim())
-        words, ha = ", ".join(map(str, numbers)), "right" if right else "left"
-        spot.annotate(words, place, (-3 if right else 3, 3), textcoords="offset points", ha=ha, fontsize=6)
+    places, marks = (_places(task, some, names) for some in (found.front, [e for e in found.known if e.carried]))
+    ends = np.array([spot.get_xlim(), spot.get_ylim()])
+    for numbers, (x, y) in numbered_labels(*((each - ends[:, 0]) / np.ptp(ends, axis=1) for each in (places, marks))):
+        spot.annotate(
+            ", ".join(map(str, numbers)), places[numbers[0] - 1], (3 * x, 3 * y), textcoords="offset points",
+            fontsize=6, ha="left" if x > 0 else "right", va="bottom" if y > 0 else "top",
+        )
     for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
         axis.set_major_locator(MaxNLocator(most))
         axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
@@ -112,18 +113,6 @@ def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> 
     return np.array(found).reshape(-1, 2)
 
 
-def _joined(places: Array, size: Array) -> list[tuple[tuple[float, float], list[int]]]:
-    """Return places (n, 2) with the numbers, from 1, of all that lie too near for a label of their own."""
-    found: list[tuple[tuple[float, float], list[int]]] = []
-    for number, (x, y) in enumerate(places.tolist(), 1):
-        near = [each for each in found if np.all(np.abs(np.subtract(each[0], (x, y))) < _NEAR * size)]
-        if near:
-            near[0][1].append(number)
-        else:
-            found.append(((x, y), [number]))
-    return found
-
-
 def choice_words(asked: Requirements, choice: tuple[int, ...]) -> str:
     """Return a choice of the lists for a reader."""
     values = [str(values[k]) for values, k in zip(asked.space.lists.values(), choice, strict=True)]
@@ -151,6 +140,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
     scale, what = _aim_words(task)
     shown = land.aim * scale if task.goal else land.excess
     own = [each for each in found.known if each.design.choice == found.best.design.choice and len(each.design.x)]
+    words = f"{'dots: solved; ' if len(own) > 1 else ''}star: {_star(found)}"
     at, *solved = (
         [axis[0] + x * (axis[-1] - axis[0]) for axis, x in zip(land.axes, each.design.x, strict=False)]
         for each in (found.best, *own)
@@ -164,8 +154,9 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             )
             spot.set_xlim(land.axes[0][0], land.axes[0][-1])
             for x, form in [*((each[0], "k.") for each in solved), (at[0], "k*")]:
-                spot.plot([x], [float(np.interp(x, land.axes[0], shown))], form, ms=7 if form == "k*" else 3)
-            spot.set(xlabel=names[0], ylabel=what, title=f"by predictions; dots: solved; star: {_star(found)}")
+                y = float(np.interp(x, land.axes[0], shown))
+                spot.plot([x], [y], form, ms=7 if form == "k*" else 3, clip_on=False)
+            spot.set(xlabel=names[0], ylabel=what, title=f"by predictions; {words}")
             spot.legend()
             return figure
         levels = np.unique([float(f"{each:.3g}") for each in np.nanquantile(shown, np.linspace(0.02, 0.9, 10))])
@@ -175,9 +166,9 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
         spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
         spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
         spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
-        spot.plot(at[:1], at[1:2], "k*", ms=7)
+        spot.plot(at[:1], at[1:2], "k*", ms=7, clip_on=False, zorder=3)
         spot.set(xlabel=names[0], ylabel=names[1])
-        figure.suptitle(f"{fill(what, 56)}\nshaded: every limit holds; dots: solved; star: {_star(found)}")
+        figure.suptitle(f"{fill(what, 56)}\nshaded: every limit holds; {words}")
     return figure
 
 
@@ -191,7 +182,7 @@ def _aim_words(task: Task) -> tuple[float, str]:
     if len(task.goal) != 1:
         each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
         what = " + ".join(each)
-        return 1.0, f"{what}, relative" if what else "largest excess of a limit"
+        return 1.0, f"{what}, relative" if what else "largest excess over a limit [-]"
     name, weight = next(iter(task.goal.items()))
     return kind_of(name).sign * task.scale(name) / weight * shown_as(name)[1], _label(name)
 
@@ -230,4 +221,4 @@ def limits_picture(found: DesignAnswer) -> Figure:
 
 def _short(name: str) -> str:
     """Return a figure's name beside a bar."""
-    return {INVERSE: "one load a reading", "crosstalk_before_inverse": "crosstalk"}.get(name, _words(name))
+    return {INVERSE: "loads with an inverse", "crosstalk_before_inverse": "crosstalk"}.get(name, _words(name))

@@ -87,12 +87,12 @@ def draw_current(axes: Axes, field: PlanarField, currents: Array) -> None:
     axes.set_title(f"current density in {plate.name}, {written_frequency(field.omega / (2.0 * np.pi))}")
 
 
-def part_handles(plates: bool, metal: bool, beside: bool = False) -> list[Patch]:
-    """Return what a legend says of tracks, target and fixed metal; `beside` of a section that is not along x."""
+def part_handles(plates: bool, metal: bool, turned: bool = False) -> list[Patch]:
+    """Return what a legend says of tracks, target and fixed metal; `turned` of a section that is not along x."""
     from matplotlib.patches import Patch
 
-    ways = ("to the left of the section", "to its right") if beside else ("along $+y$", "along $-y$")
-    found = [Patch(color=shade, label=f"track, {way}") for shade, way in zip(TRACKS, ways, strict=True)]
+    ways = ("into the page", "out of the page") if turned else ("along $+y$", "along $-y$")
+    found = [Patch(color=shade, label=f"track, current {way}") for shade, way in zip(TRACKS, ways, strict=True)]
     found += [Patch(facecolor=COPPER, edgecolor="0.2", label="target")] * plates
     return found + [Patch(facecolor=METAL, edgecolor="0.2", label="fixed metal")] * metal
 

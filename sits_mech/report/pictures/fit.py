@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _STROKES = {"uniaxial": ("C0", "o"), "planar": ("C2", "s"), "biaxial": ("C3", "^")}  # colour and marker
 _Many = float | None | tuple[float | None, ...] | tuple[float, ...]
 _POINTS = 60  # markers per curve
+_ROOM = 1.04  # of the fitted range: the last mark is whole
 
 
 def fit_rows(fit: Fit) -> list[tuple[str, str]]:
@@ -67,7 +68,8 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
             _draw_test(curve, rest, one, fit, "_" if one.mode in seen else "")
             seen.add(one.mode)
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set(xlabel="engineering strain [%]", ylabel="measured minus law [kPa]", xlim=(0.0, 100.0 * fit.max_strain))
+        rest.set(xlabel="engineering strain [%]", ylabel="measured minus law [kPa]")
+        rest.set_xlim(0.0, _ROOM * 100.0 * fit.max_strain)
         curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)

@@ -17,6 +17,7 @@ from sits_mech.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 _COLOR = "#3b4a6b"
 _HEIGHT = 0.25  # of a flat one's width, what is shown of it
@@ -32,17 +33,19 @@ def draw_from_above(axes: Axes, touch: Touch) -> None:
         axes.plot(*np.vstack([border, border[:1]]).T, color=_COLOR, linewidth=0.9, linestyle="--")
 
 
-def draw_from_the_side(axes: Axes, touch: Touch, place: Array, normal: Array, plane: Plane) -> None:
-    """Draw a touch at a place, x, y, z in space [m], on a face with a normal (3,)."""
+def draw_from_the_side(axes: Axes, touch: Touch, place: Array, normal: Array, plane: Plane) -> Line2D:
+    """Draw a touch at a place, x, y, z in space [m], on a face with a normal (3,); return its line for a legend."""
     along = np.array([np.cos(plane.angle), np.sin(plane.angle), 0.0])
     up = np.array([normal @ along, normal[2]])
     up /= np.linalg.norm(up)
     side, start = np.array([up[1], -up[0]]), MM * np.array([place @ along, place[2]])
     line = start + _outline(touch, plane.angle) @ np.array([side, up])
-    axes.plot(*line.T, color=_COLOR, linewidth=0.9, linestyle="--", zorder=5)
+    (drawn,) = axes.plot(*line.T, color=_COLOR, linewidth=0.9, linestyle="--", zorder=5, label=f"touch: {touch.shape}")
     if touch.shape == "pressure":
         for foot in np.linspace(line[0], line[-1], 5):
             axes.annotate("", foot, foot + up * height_shown(touch), arrowprops={"arrowstyle": "->", "color": _COLOR})
+    return drawn
+
 
 def _outline(touch: Touch, angle: float) -> Array:
     """Return the outline of a touch seen along the section, from its place, along face and normal (n, 2) [mm]."""

@@ -69,15 +69,18 @@ def layer_view(
         for corners, shade in plates:
             add_polygons(axes, MM * corners, facecolors=shade, edgecolors="0.2", linewidth=0.4)
         _dress(axes, equilibrium, frame, plane)
+        touch = list[Any]()
         if sensor.touch is not None:
-            draw_from_the_side(axes, sensor.touch, *contact_point(sensor, equilibrium.wrench, equilibrium.pose), plane)
+            place, normal = contact_point(sensor, equilibrium.wrench, equilibrium.pose)
+            touch = [draw_from_the_side(axes, sensor.touch, place, normal, plane)]
         missed = names_cut(sensor, plane)[1]
-        beside = f"; beside it: {', '.join(missed)}" if missed else ""
+        not_cut = f"; not cut: {', '.join(missed)}" if missed else ""
         axes.annotate(
-            f"section {plane.words}{beside}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
+            f"section {plane.words}{not_cut}", (0.0, 1.0), (0, 2), xycoords="axes fraction", textcoords="offset points",
             fontsize=6,
         )
-        handles = [*part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0), *interfaces]
+        handles = [*part_handles(sensor.target is not None, bool(sensor.conductors), plane.angle != 0.0), *interfaces,
+                   *touch]
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3), handlelength=1.0)
         lines = (len(handles) - 1) // 3 + figure.axes[-1].get_xlabel().count("\n")
         figure.set_figheight(figure.get_figheight() + _LINE * lines)
@@ -109,6 +112,8 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
     values = mesh.stretch if show == "stretch" else moved[mesh.quads].mean(axis=1)
     add_polygons(axes, MM * corners, facecolors="0.1", edgecolors="0.1", linewidth=1.6)  # what stands out of the fill
     layer = add_polygons(axes, MM * corners, cmap="cividis", edgecolor="0.25", linewidth=0.15, array=values)
+    if show != "stretch":
+        layer.set_clim(0.0, values.max() or None)
     bar = figure.colorbar(layer, ax=axes, location="bottom", shrink=0.7, aspect=35)
     bar.locator = MaxNLocator(5)
     bar.update_ticks()

@@ -27,6 +27,9 @@ TRACKS = ("#d55e00", "#0072b2")
 """Colours of tracks whose positive current runs to the left of a section's direction, and of those that return it."""
 MARKS = "os^Dv<>PX"
 """Of the curves of a family, in order."""
+_SAME = 0.04  # of an axis: marks that are nearer share a label
+_LETTER = np.array([0.05, 0.08])  # of an axis, of a label's letter
+_SIDES = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])  # of a mark, where its label may stand, in order
 _DASHES = ("-", "--", "-.", ":")
 _DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
 
@@ -92,6 +95,36 @@ def strokes(count: int) -> list[dict[str, Any]]:
         {"color": shade, "marker": MARKS[k % len(MARKS)], "linestyle": _DASHES[k % len(_DASHES)]}
         for k, shade in enumerate(shades)
     ]
+
+
+def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]]:
+    """Return the numbers, from 1, in each label of some marks, and its side (2,) of the first one's.
+
+    `places` and `marks` (n, 2) are of those with numbers and of all, in shares of the axes. A label stands where it
+    hides the fewest marks; those at one place share one, and so do those that have no room for their own.
+    """
+    groups, found, taken = list[list[int]](), list[tuple[list[int], Array]](), list[Array]()
+    for k, place in enumerate(places):
+        same = [own for own in groups if np.abs(places[own[0]] - place).max() < _SAME]
+        if same:
+            same[0].append(k)
+        else:
+            groups.append([k])
+    for own in groups:
+        size = _LETTER * (3 * len(own) - 2, 1)
+        boxes = [np.sort([place + 0.5 * _LETTER * side, place + (0.5 * _LETTER + size) * side], axis=0)
+                 for place in places[own[:1]] for side in _SIDES]
+        free = [k for k, box in enumerate(boxes) if box.min() > 0.0 and box.max() < 1.0
+                and not any(np.all((box[0] < other[1]) & (box[1] > other[0])) for other in taken)]
+        if not free and found:
+            near = min(found, key=lambda each: float(np.abs(places[each[0][0] - 1] - places[own[0]]).max()))
+            near[0].extend(k + 1 for k in own)
+            continue
+        hidden = [int(np.all((marks > box[0]) & (marks < box[1]), axis=1).sum()) for box in boxes]
+        best = min(free or [0], key=lambda k: hidden[k])
+        found.append(([k + 1 for k in own], _SIDES[best]))
+        taken.append(boxes[best])
+    return found
 
 
 def save_figure(figure: Figure, path: Path) -> None:

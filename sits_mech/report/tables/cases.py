@@ -12,7 +12,7 @@ from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
 from sits_mech.readout.loads import point, points
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.tables.loads import point_name
 from sits_mech.report.tables.solves import column_table
@@ -38,7 +38,7 @@ _MOST = 40  # lines: the file holds all
 def case_table(data: xr.Dataset) -> Table:
     """Return a study's cases in at most forty lines, SI: matrix diagonals, calibrations' spans, worst figures."""
     shown = _SHOWN[data.attrs["request"]]
-    signals = () if data.attrs["request"] == "quality" else told(data)
+    signals = () if data.attrs["request"] == "quality" else shown_signals(data)
     names = [name for name in (*shown, *signals) if name in data]
     where = [str(name) for name in data["status"].coords]
     numbered = data.attrs["request"] in SWEPT

@@ -24,7 +24,7 @@ from sits_mech.readout.crosstalk import (
     slope_doubt,
 )
 from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, points, varied
-from sits_mech.readout.signals import SIGNALS, told
+from sits_mech.readout.signals import SIGNALS, shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
 from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
@@ -84,7 +84,7 @@ def _columns(data: xr.Dataset) -> list[tuple[str, float, str]]:
     """Return name, scale and heading of what a table of loads shows: the pose, as far as it moves, and the signals."""
     shown = [(name, *shown_scale(name)) for name in POSE if name in POSE[:3] or name in data]
     pose = [(name, scale, f"{name} [{unit}]") for name, scale, unit in shown]
-    return pose + [(name, 1.0, f"{short_name(name)} [% L0]") for name in told(data)]
+    return pose + [(name, 1.0, f"{short_name(name)} [% L0]") for name in shown_signals(data)]
 
 
 def _number(row: xr.Dataset, name: str) -> float:

@@ -13,7 +13,7 @@ from rich.table import Table
 from sits_mech.analysis.histories.full_cycle import difference
 from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.loads import ends_of, request_of
-from sits_mech.readout.signals import told
+from sits_mech.readout.signals import shown_signals
 from sits_mech.report.notes import kept_sentences
 from sits_mech.report.pictures.curves import load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
@@ -29,7 +29,7 @@ _ARROW = {"arrowstyle": "-|>,head_length=.5,head_width=.2", "linewidth": 0.8, "s
 
 def loop_table(data: xr.Dataset) -> Table:
     """Return the loops of `load_cycle`, a line for each cycle; "-" where the signal's range is within its error."""
-    names = told(data)
+    names = shown_signals(data)
     headings = ("cycle", *(f"{name.removesuffix('_percent')} [% of its range]" for name in names))
     found = column_table(f"{data.attrs['name']}: width of the loops", headings, justify="right")
     for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
@@ -40,9 +40,9 @@ def loop_table(data: xr.Dataset) -> Table:
 
 def loop_record(data: xr.Dataset) -> dict[str, Any]:
     """Return the loops for a program, with the request and the ends of pose and signals."""
-    ends = ends_of(data, (*POSE, *told(data)))
-    loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in told(data)}
-    errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in told(data)}
+    ends = ends_of(data, (*POSE, *shown_signals(data)))
+    loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in shown_signals(data)}
+    errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in shown_signals(data)}
     own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
     return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops | errors
 
@@ -58,7 +58,7 @@ def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
 
 def difference_record(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, Any]:
     """Return that difference for a program, with the loops of the fast cycle."""
-    loops = {f"loop_{name}": cheap.attrs[f"loop_{name}"] for name in told(cheap)}
+    loops = {f"loop_{name}": cheap.attrs[f"loop_{name}"] for name in shown_signals(cheap)}
     return {"difference_percent": difference(cheap, full)} | loops
 
 
@@ -70,7 +70,7 @@ def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
 
 def loop_curves(data: xr.Dataset) -> Figure:
     """Plot the signals under a cyclic load, each against the largest component of the load."""
-    peak, names = request_of(data)["peak"], told(data)
+    peak, names = request_of(data)["peak"], shown_signals(data)
     force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
     load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
     with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):

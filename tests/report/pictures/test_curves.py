@@ -17,7 +17,7 @@ from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.pictures.curves import calibration_pictures, crosstalk_map, signal_curves
 from sits_mech.report.pictures.section import layer_view, load_angle, load_view
-from sits_mech.report.pictures.style import STYLE, new_figure, save_figure, strokes
+from sits_mech.report.pictures.style import STYLE, new_figure, numbered_labels, save_figure, strokes
 from sits_mech.report.tables.loops import loop_curves
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -56,6 +56,26 @@ def test_bars_are_drawn_where_they_are_seen(data: xr.Dataset) -> None:
     assert "bars" not in figure.get_suptitle() and not figure.axes[0].containers[0].has_yerr
 
 
+def test_a_legend_keeps_clear_of_bars(data: xr.Dataset) -> None:
+    """Of errors larger than the curves, whose bars reach into every corner but the upper middle."""
+    wide = data.assign(error_L_h_percent=0.0 * data["L_h_percent"] + 8.0 * np.abs(data.F_x))
+    figure = signal_curves(wide, "F_x")
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    box = axes.get_legend().get_window_extent()
+    ends = [axes.transData.transform(bar) for drawn in axes.containers for bar in drawn.lines[2][0].get_segments()]
+    assert len(ends) == 9 and not any(
+        box.x0 < x < box.x1 and low < box.y1 and high > box.y0 for (x, low), (_, high) in ends
+    )
+
+
+def test_lines_of_equal_crosstalk_are_labelled_upright(data: xr.Dataset) -> None:
+    """A 6 stays a 6 where its line goes down, and a minus is one."""
+    texts = [text for axes in crosstalk_map(data).axes[:2] for text in axes.texts]
+    assert texts and all(text.get_rotation() == 0.0 and "-" not in text.get_text() for text in texts)
+    assert any(text.get_text().startswith("\u2212") for text in texts)
+
+
 def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
     """2 of 6 for F_z into L_h, -1 of 2 for F_x into L_v; symmetric colour scales with units."""
     figure = crosstalk_map(data)
@@ -63,7 +83,7 @@ def test_crosstalk_map_shows_both_ways(data: xr.Dataset) -> None:
     assert [float(np.max(np.abs(picture.get_array()))) for picture in maps] == pytest.approx([100.0 / 3.0, 50.0])
     assert all(picture.get_clim()[0] == -picture.get_clim()[1] for picture in maps)
     for axes in figure.axes[:2]:
-        written = {float(text.get_text()) for text in axes.texts}
+        written = {float(text.get_text().replace("\u2212", "-")) for text in axes.texts}
         assert written and written <= set(axes.collections[1].levels.tolist())
 
 
@@ -134,7 +154,7 @@ def test_a_section_draws_the_coils_that_it_cuts() -> None:
     coils = [pair.coils[0].model_copy(update={"name": f"C{k}", "centre": xy}) for k, xy in enumerate(places, 1)]
     sensor = pair.model_copy(update={"coils": tuple(coils)})
     report = SolveReport("by hand", 1, 1, 0.0, 0.0, 0.0)
-    for shear, cut, missed in (((0.5, 0.0), 0, "y = 0; beside it: C1, C2, C3, C4"), ((0.5, 0.5), 2, "45° from x")):
+    for shear, cut, missed in (((0.5, 0.0), 0, "y = 0; not cut: C1, C2, C3, C4"), ((0.5, 0.5), 2, "45° from x")):
         wrench = Wrench(shear[0], 1.0, F_y=shear[1])
         found = Equilibrium(wrench, Pose(1e-4, 1.9e-3), Pose(0.0, 0.0), np.zeros(1), report)
         axes = layer_view(sensor, found, angle=load_angle(wrench)).axes[0]
@@ -165,7 +185,7 @@ def test_layer_view_and_files(tmp_path: Path, collisions: Collisions) -> None:
     stretched = layer_view(sensor, found, mesh, show="stretch")
     assert stretched.axes[1].get_xlabel() == "largest principal stretch, or its reciprocal [-], at most 1.2"
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["track, along $+y$", "track, along $-y$", "target"]
+    assert legend == ["track, current along $+y$", "track, current along $-y$", "target"]
     ticks = [text.get_window_extent() for text in figure.axes[1].get_xticklabels() if text.get_text()]
     assert all(a.x1 < b.x0 for a, b in pairwise(sorted(ticks, key=lambda box: box.x0)))
     save_figure(figure, tmp_path / "layer.png")
@@ -226,9 +246,20 @@ def test_vector_files(data: xr.Dataset, tmp_path: Path) -> None:
         assert (tmp_path / f"one.{form}").read_bytes() == (tmp_path / f"two.{form}").read_bytes()
     root = ElementTree.parse(tmp_path / "one.svg").getroot()
     words, paths = (list(root.iter(f"{{http://www.w3.org/2000/svg}}{tag}")) for tag in ("text", "path"))
-    assert any("dashed where negative" in "".join(each.itertext()) for each in words) and len(paths) > 9
+    assert any("lines: equal values" in "".join(each.itertext()) for each in words) and len(paths) > 9
     whole = (tmp_path / "one.pdf").read_bytes()
     assert b"/FontFile2" in whole and b"CreationDate" not in whole
+
+
+def test_numbers_stand_beside_their_own_marks() -> None:
+    """Inside the axes, over no other mark where there is room; those of one place share a label."""
+    places = np.array([[0.5, 0.1], [0.52, 0.1], [0.65, 0.2], [0.98, 0.98]])
+    found = numbered_labels(places, np.vstack([places, [[0.62, 0.22]]]))
+    assert [numbers for numbers, _ in found] == [[1, 2], [3], [4]]
+    assert [side.tolist() for _, side in found] == [[-1, 1], [1, 1], [-1, -1]]
+    crowd = 0.5 + 0.041 * np.stack(np.meshgrid(np.arange(6), np.arange(6)), axis=-1).reshape(-1, 2)
+    labels = numbered_labels(crowd, crowd)
+    assert len(labels) < 36 and sorted(sum((numbers for numbers, _ in labels), [])) == list(range(1, 37))
 
 
 def test_the_style_is_a_file_for_matplotlib() -> None:

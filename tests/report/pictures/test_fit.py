@@ -42,6 +42,7 @@ def test_picture_shows_data_law_and_rest(tmp_path: Path, collisions: Callable[[F
     at_half = np.interp(50.0, inside.get_xdata(), inside.get_ydata())
     assert at_half == pytest.approx(engineering_stress("gent", GENT, np.array([0.5]))[0] / 1e3, rel=1e-4)
     assert np.abs(rest.lines[0].get_ydata()).max() < 1e-3
+    assert rest.lines[0].get_xdata().max() < 0.99 * rest.get_xlim()[1], "the last mark is whole"
     save_figure(fit_figure(test, fit), tmp_path / "fit.png")
     assert (tmp_path / "fit.png").stat().st_size > 5000
 
