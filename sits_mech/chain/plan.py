@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from sits_mech.arguments import checked_arguments
+from sits_mech.chain.bending import mechanical_omissions
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import (
@@ -258,8 +259,7 @@ def omissions(
     layer, field = chosen
     found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
     if layer is not None:
-        question = Question(loads=on_target(sensor, loads), closely=True)
-        found += MECHANICS[layer.name].leaves_out(sensor, question)
+        found += mechanical_omissions(sensor, layer.name, loads)
     if field is None:
         return tuple(found)
     question = magnetic_question(sensor, field.tolerance, loads, loaded=bool(loads))
