@@ -9,10 +9,9 @@ so that what is bent counts as a motion by its mean over the target with the wei
 
     b_c = mean_c (w - w_rigid),         h_c = mean_c w_rigid.
 
-What the rigid target's answer leaves out of d_v is max_c |b_c| over max_c |h_c| under the part of the loads that presses,
-of the rotations the same under the parts that tilt it; the largest of all loads asked for (mechanics/bending.py). The
-chain makes errors of the inductances of it, as of all that the mechanics leave out. Models leave it out alike, so that
-it chooses none of them, and is found with an answer alone.
+What the rigid target's answer leaves out of d_v is max_c |b_c| over max_c |h_c| under what presses, of the rotations
+the same under what tilts it, the largest of all loads that are asked for (mechanics/bending.py). The chain makes errors
+of the inductances of it, as of all that the mechanics leave out. All models leave it out alike: it decides no choice.
 """
 
 from __future__ import annotations
@@ -22,9 +21,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sits_mech.chain.models import MECHANICS
 from sits_mech.chain.propagation import unloaded_pose
-from sits_mech.description import Question
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.mechanics.bending import BondedPlate, bonded_plate
 from sits_mech.mechanics.touch import on_target
@@ -36,12 +33,6 @@ _STEP = 1e-3  # of a height, over which fields are differences of potentials: to
 _SEEN = 1e-6  # of what the target moves at most: coils that see less of a part of a load see none of it
 _TILTS = tuple(POSE.index(name) for name in ("alpha", "alpha_x"))
 _DOWN = POSE.index("d_v")
-
-
-def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return all that a mechanical model of a name leaves out of loads, with sizes that may take a solve."""
-    question = Question(loads=on_target(sensor, loads), closely=True)
-    return (*MECHANICS[name].leaves_out(sensor, question), *bending(sensor, loads))
 
 
 def bending(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Omission, ...]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.bending import mechanical_omissions
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.interpolate import solved_likely
 from sits_mech.chain.models import (
@@ -21,7 +20,7 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.prices import LoadForecast, Look, forecast_load, look
 from sits_mech.chain.propagation import poses_of, unloaded_pose
-from sits_mech.chain.simulate import check_way
+from sits_mech.chain.simulate import check_way, mechanical_omissions
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound

@@ -17,19 +17,19 @@ import numpy as np
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.aimed import Promise, aim_at
-from sits_mech.chain.bending import mechanical_omissions
+from sits_mech.chain.bending import bending
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded_pose
-from sits_mech.description import added, by_component, sized
+from sits_mech.description import Question, added, by_component, sized
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
-from sits_mech.mechanics.touch import check_untouched
+from sits_mech.mechanics.touch import check_untouched, on_target
 from sits_mech.notes import Omission, Relative
 from sits_mech.quantities import (
     WRENCH,
@@ -201,6 +201,12 @@ def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tup
     if name not in MECHANICS:
         return ()
     return tuple(item for item in mechanical_omissions(sensor, name, loads) if item.counts and item.size != 0.0)
+
+
+def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
+    """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve."""
+    question = Question(loads=on_target(sensor, loads), closely=True)
+    return (*MECHANICS[name].leaves_out(sensor, question), *bending(sensor, loads))
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:

@@ -67,7 +67,9 @@ class Linear:
 
 
 def put(monkeypatch: pytest.MonkeyPatch, half: str, model: object, *left_out: Omission) -> None:
-    """Put a model that holds every scene behind the name "planar", alone."""
+    """Put a model that holds every scene behind the name "planar", alone; one of the mechanics with a rigid target."""
+    if half == "MECHANICS":
+        monkeypatch.setattr(simulating, "bending", lambda *_: ())
     rungs = (Rung(0.0, 1, 1, 0.0, 0.0),)
     own = Description("planar", lambda *_: model, lambda *_: None, lambda *_: left_out, rungs, 0.0)
     for module in (models, simulating) if half == "MECHANICS" else (models, aimed):
