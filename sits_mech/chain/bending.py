@@ -36,13 +36,18 @@ _DOWN = POSE.index("d_v")
 
 
 def bending(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return what the bending of the target leaves out of loads; without a size where its modulus is not known."""
+    """Return what the bending of the target leaves out of loads; without a size where modulus or pad are not known."""
     if sensor.target is None or sensor.elastomer is None or not any(load.components.any() for load in loads):
         return ()
     stiffness = sensor.target.bending_stiffness
     if stiffness is None:
         return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT),)
-    plate, given = bonded_plate(sensor), on_target(sensor, loads)
+    given = on_target(sensor, loads)
+    try:
+        plate = bonded_plate(sensor)
+    except ValueError:  # no mesh, such as of a hair
+        known = (("stiffness", stiffness),)
+        return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT, numbers=known),)
     each = [_parts_of(load, touched=sensor.touch is not None) for load in given]
     presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
     found, weights = plate.bent([*presses, *tilts, *given], stiffness), seen_shares(sensor, plate)

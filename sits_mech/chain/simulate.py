@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -30,7 +31,7 @@ from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.mechanics.touch import check_untouched, on_target
-from sits_mech.notes import Omission, Relative
+from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -197,10 +198,15 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 
 
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
+    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description.
+
+    Bending that is less than the error of the model's finest meshes does not count.
+    """
     if name not in MECHANICS:
         return ()
-    return tuple(item for item in mechanical_omissions(sensor, name, loads) if item.counts and item.size != 0.0)
+    least = defaultdict(float, {OmissionKind.BENDING: MECHANICS[name].least})
+    every = mechanical_omissions(sensor, name, loads)
+    return tuple(item for item in every if item.counts and not item.size <= least[item.kind])
 
 
 def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:

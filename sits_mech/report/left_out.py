@@ -40,9 +40,11 @@ def _far(numbers: Mapping[str, Number]) -> str:
 
 def _bends(numbers: Mapping[str, Number]) -> str:
     """Say how far a target bends."""
-    if not numbers:
+    if "stiffness" not in numbers:
         return "the metal has no modulus: give target.youngs_modulus"
-    deflection, stiffness = float(numbers["deflection"]), float(numbers["stiffness"])
+    if "deflection" not in numbers:
+        return "its pad has no mesh on which it could bend"
+    deflection, stiffness = (float(numbers[name]) for name in ("deflection", "stiffness"))
     return f"it is solved as rigid; of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
 
 

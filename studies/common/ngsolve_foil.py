@@ -1,8 +1,8 @@
 """How does a metal foil bend on its pad that is pressed on a spot of it? Another code's answer, the foil meshed.
 
 NGSolve. A foil of E, nu and thickness h, by displacements, lies on silicone of mu and K = 1000 mu, by displacements
-u of order n and a continuous pressure p of order n - 1 that ends with it (one that goes on into the foil, whose stress is
-larger by E/mu, softens it by a fifth and more). Lengths in mm, forces in N.
+u of order n and a continuous pressure p of order n - 1 that ends with it (one that goes on into the foil, whose stress
+is larger by E/mu, softens it by a fifth and more). Lengths in mm, forces in N.
 
     box    small strain, a quarter of a rectangle on a box of 20 x 20 mm, n = 3;
     disc   half a meridian of a disc of 12 mm on a cylinder of 20 mm, n = 4, at finite strain: mu/2 (J^(-2/3) I_1 - 3) +

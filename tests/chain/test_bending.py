@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.bending import bending, seen_shares
-from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.chain.simulate import rest_flags, with_omissions
+from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model
+from sits_mech.chain.simulate import counted_omissions, rest_flags, with_omissions
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.mechanics.bending import bonded_plate
+from sits_mech.mechanics.closed_form import HAIR
 from sits_mech.notes import OmissionKind, Relative
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.left_out import line
@@ -85,8 +86,17 @@ def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
     )
 
 
-def test_a_metal_without_a_modulus_is_not_bounded() -> None:
-    """Until its scene gives one, by the metal's key or with another metal's name."""
+def test_what_is_less_than_the_least_error_of_a_model_is_not_listed() -> None:
+    """A foil of 8 mm under an even pressure: 1e-5 of what it moves, where meshes reach 5e-4."""
+    sensor, loads = load_sensor("biorob2018"), [PRESSED]
+    assert 0.0 < bending(sensor, loads)[0].size < MECHANICS["block"].least
+    assert not counted_omissions(sensor, "block", loads)
+    (item,) = counted_omissions(load_sensor("biorob2018", [POINT]), "block", loads)
+    assert item.kind == OmissionKind.BENDING and item.size > MECHANICS["block"].least
+
+
+def test_without_a_modulus_or_a_mesh_it_is_not_bounded() -> None:
+    """Until the scene gives one, by the target's key or with a metal's name."""
     own = ('target.conductivity="2e7 S/m"', "target.relative_permeability=1.0")
     bare = {"shape": "rectangle", "width": 8e-3, "length": 8e-3, "thickness": 2e-4, "conductivity": 2e7}
     sensor = load_sensor("biorob2018")
@@ -94,6 +104,8 @@ def test_a_metal_without_a_modulus_is_not_bounded() -> None:
     (item,) = bending(unknown, [PRESSED])
     assert math.isnan(item.size) and item.unbounded
     assert line(item).startswith("bending of the target: the metal has no modulus: give target.youngs_modulus")
+    (item,) = bending(load_sensor("biorob2018", [f"elastomer.thickness={1.01 * 0.02 * HAIR}"]), [PRESSED])
+    assert math.isnan(item.size) and "its pad has no mesh on which it could bend" in line(item)
     known = type(sensor.target).model_validate(bare | {"youngs_modulus": "130 GPa", "poissons_ratio": 0.343})
     sizes = [
         bending(each, [PRESSED])[0].size
