@@ -35,8 +35,11 @@ _TILTS = tuple(POSE.index(name) for name in ("alpha", "alpha_x"))
 _DOWN = POSE.index("d_v")
 
 
-def bending(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return what the bending of the target leaves out of loads; without a size where modulus or pad are not known."""
+def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tuple[Omission, ...]:
+    """Return what the bending of the target leaves out of loads; without a size where modulus or pad are not known.
+
+    Up to `least`, the error that the finest meshes of a model have, it is none.
+    """
     if sensor.target is None or sensor.elastomer is None or not any(load.components.any() for load in loads):
         return ()
     stiffness = sensor.target.bending_stiffness
@@ -57,6 +60,7 @@ def bending(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
     parts, count = np.zeros(len(POSE)), len(presses)
     parts[_DOWN] = shares[:count].max(initial=0.0)
     parts[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
+    parts *= parts.max() > least
     deflection = float(np.abs(found.bend[count + len(tilts) :]).max())
     numbers = (("deflection", deflection), ("stiffness", stiffness))
     return (Omission(

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -31,7 +30,7 @@ from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.mechanics.touch import check_untouched, on_target
-from sits_mech.notes import Omission, OmissionKind, Relative
+from sits_mech.notes import Omission, Relative
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -198,21 +197,16 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 
 
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description.
-
-    Bending that is less than the error of the model's finest meshes does not count.
-    """
+    """Return what a mechanical model leaves out of loads and counts; nothing of a model without a description."""
     if name not in MECHANICS:
         return ()
-    least = defaultdict(float, {OmissionKind.BENDING: MECHANICS[name].least})
-    every = mechanical_omissions(sensor, name, loads)
-    return tuple(item for item in every if item.counts and not item.size <= least[item.kind])
+    return tuple(item for item in mechanical_omissions(sensor, name, loads) if item.counts and item.size != 0.0)
 
 
 def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
     """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve."""
-    question = Question(loads=on_target(sensor, loads), closely=True)
-    return (*MECHANICS[name].leaves_out(sensor, question), *bending(sensor, loads))
+    model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
+    return (*model.leaves_out(sensor, question), *bending(sensor, loads, model.least))
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:
