@@ -50,6 +50,7 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
 _LOG = logging.getLogger(__name__)
+_HALF = 0.5  # of a tolerance, that numerics are given at least beside what is left out: about a level of meshes
 _NO_WAY = "via: must be left out without elastomer.friction: the way of the load makes no difference"
 
 
@@ -135,11 +136,28 @@ def simulate(
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    (rest,) = with_omissions(sensor, [_shown(sensor, found.found, wrench, found.back)])
+    own = _shown(sensor, found.found, wrench, found.back)
+    (rest,) = with_omissions(sensor, [own])
+    left = _left_beside(found.goal, own, rest, tolerance)
+    if left < tolerance:
+        found = aimed_rest(sensor, wrench, layer, (magnetics, left), symmetry_of(sensor), best=best)
+        (rest,) = with_omissions(sensor, [_shown(sensor, found.found, wrench, found.back)])
     shown = simulated(sensor, found.field, rest)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
+
+
+def _left_beside(goal: Goal | None, own: Equilibrium, rest: Equilibrium, tolerance: float) -> float:
+    """Return what a tolerance leaves to the numerics of a rest beside what it leaves out, where they took too much.
+
+    `own` is the rest without that; the tolerance itself where it is kept, or less than half would be left.
+    """
+    if goal is None or own is rest:
+        return tolerance
+    numerics, whole = (goal.of(poses_of([each])) for each in (own, rest))
+    left = tolerance - (whole - numerics)
+    return left if numerics <= tolerance < whole and left > _HALF * tolerance else tolerance
 
 
 def _flagged(
