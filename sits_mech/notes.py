@@ -99,6 +99,7 @@ class OmissionKind(StrEnum):
     PAD_ENDS = "ends of pad and target along y"  # length of pad and target [m]
     HISTORY = "rate and history of the silicone"
     LAW = "other laws of the silicone"  # that fit its tests as well: share of the load
+    BENDING = "bending of the target"  # stiffness [N m] and deflection [m], where known
     SYMMETRY = "out-of-plane displacement and rotation"
     IMAGES = "mirrored loads"  # loads that are solved, and all of them
     BETWEEN = "loads between solved ones"  # loads that are solved, and all of them

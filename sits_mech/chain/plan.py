@@ -20,7 +20,7 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.prices import LoadForecast, Look, forecast_load, look
 from sits_mech.chain.propagation import poses_of, unloaded_pose
-from sits_mech.chain.simulate import check_way
+from sits_mech.chain.simulate import check_way, mechanical_omissions
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound
@@ -258,8 +258,7 @@ def omissions(
     layer, field = chosen
     found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
     if layer is not None:
-        question = Question(loads=on_target(sensor, loads), closely=True)
-        found += MECHANICS[layer.name].leaves_out(sensor, question)
+        found += mechanical_omissions(sensor, layer.name, loads)
     if field is None:
         return tuple(found)
     question = magnetic_question(sensor, field.tolerance, loads, loaded=bool(loads))

@@ -17,6 +17,7 @@ import numpy as np
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.aimed import Promise, aim_at
+from sits_mech.chain.bending import bending
 from sits_mech.chain.goal import Goal, goal_at
 from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
@@ -49,6 +50,7 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
 _LOG = logging.getLogger(__name__)
+_HALF = 0.5  # of a tolerance, that numerics are given at least beside what is left out: about a level of meshes
 _NO_PATH = "via: must be left out without elastomer.friction: the load path makes no difference"
 
 
@@ -135,11 +137,28 @@ def simulate(
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
+    own = _of_load(sensor, found.found, wrench, found.back)
+    (rest,) = with_omissions(sensor, [own])
+    left = _left_beside(found.goal, own, rest, tolerance)
+    if left < tolerance:
+        found = aimed_rest(sensor, wrench, layer, (magnetics, left), symmetry_of(sensor), best=best)
+        (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
     shown = simulated(sensor, found.field, rest)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
+
+
+def _left_beside(goal: Goal | None, own: Equilibrium, rest: Equilibrium, tolerance: float) -> float:
+    """Return what a tolerance leaves to the numerics of a rest beside what it leaves out, where they took too much.
+
+    `own` is the rest without that; the tolerance itself where it is kept, or less than half would be left.
+    """
+    if goal is None or own is rest:
+        return tolerance
+    numerics, whole = (goal.of(poses_of([each])) for each in (own, rest))
+    left = tolerance - (whole - numerics)
+    return left if numerics <= tolerance < whole and left > _HALF * tolerance else tolerance
 
 
 def _flagged(
@@ -198,9 +217,15 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 
 def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
     """Return the omissions of a mechanical model that count under loads; none of a model without a description."""
-    model = MECHANICS.get(name)
-    every = () if model is None else model.leaves_out(sensor, Question(loads=on_target(sensor, loads), closely=True))
-    return tuple(item for item in every if item.counts and item.size != 0.0)
+    if name not in MECHANICS:
+        return ()
+    return tuple(item for item in mechanical_omissions(sensor, name, loads) if item.counts and item.size != 0.0)
+
+
+def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
+    """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve."""
+    model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
+    return (*model.leaves_out(sensor, question), *bending(sensor, loads, model.least))
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:

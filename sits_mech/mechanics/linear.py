@@ -34,6 +34,7 @@ import numpy as np
 from sits_mech.disk_cache import kept
 from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
+from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.newton import correction
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance as undeformed
@@ -133,6 +134,14 @@ class SmallStrain:
         return np.linalg.inv(best) * unit, float(np.max(np.diag(error) / np.diag(best)))
 
 
+def undeformed_pad(sensor: Sensor) -> tuple[Bonded, Scales]:
+    """Return the first mesh of a pad, or of a layer in plane strain where small strain takes it so, and its scales."""
+    if _in_space(sensor):
+        levels, share = pad_family(sensor)
+        return levels.coarse, pad_scales(sensor, share)
+    return layer_family(sensor).coarse, layer_scales(sensor)
+
+
 @one_thread
 def linear_layer(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
     """Return the small-strain model of a sensor's layer in plane strain; raises as `planar_layer`."""
@@ -149,9 +158,13 @@ def linear_pad(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
 
 def small_strain(sensor: Sensor, tolerance: float = 1e-2) -> SmallStrain:
     """Return the small-strain model: in space where plane strain does not represent the pad."""
+    return (linear_pad if _in_space(sensor) else linear_layer)(sensor, tolerance)
+
+
+def _in_space(sensor: Sensor) -> bool:
+    """Return whether plane strain does not represent a pad."""
     target, elastomer = layer_parts(sensor)
-    finite = not target.loops and (elastomer.mesh is not None or finite_strain_model(elastomer) == "block")
-    return (linear_pad if finite else linear_layer)(sensor, tolerance)
+    return not target.loops and (elastomer.mesh is not None or finite_strain_model(elastomer) == "block")
 
 
 def _compliant(

@@ -126,6 +126,11 @@ def check_untouched(sensor: Sensor, purpose: str) -> None:
         raise SceneError(f"touch: must be left out of the scene for {purpose}; got a {sensor.touch.words}")
 
 
+def touched_place(load: Wrench) -> tuple[float, float]:
+    """Return where a load about the middle of the top face presses it without moment [m]."""
+    return load.M / load.F_z, -load.M_x / load.F_z
+
+
 def on_target(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[Wrench, ...]:
     """Return loads about the middle of the top face of a target at rest [N, N m]: themselves without touch."""
     if sensor.touch is None:

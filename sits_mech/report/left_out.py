@@ -38,12 +38,23 @@ def _far(numbers: Mapping[str, Number]) -> str:
     return f"{numbers['name']} is far away, at ({place}) mm"
 
 
+def _bends(numbers: Mapping[str, Number]) -> str:
+    """Say how far a target bends."""
+    if "stiffness" not in numbers:
+        return "the metal has no modulus: give target.youngs_modulus"
+    if "deflection" not in numbers:
+        return "its pad has no mesh on which it could bend"
+    deflection, stiffness = (float(numbers[name]) for name in ("deflection", "stiffness"))
+    return f"it is solved as rigid; of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
+
+
 _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.POSE_GIVEN: "the pose is given",
     OmissionKind.FINITE_STRAIN: "strains are so small that one constant compliance is enough",
     OmissionKind.PAD_ENDS: _ends_of_pads,
     OmissionKind.HISTORY: "slow load on virgin material; ask for simulate --history, or cycle",
     OmissionKind.LAW: "by its tests the load is known within {percent} % only, pressed and sheared",
+    OmissionKind.BENDING: _bends,
     OmissionKind.SYMMETRY: "scene and load are symmetric",
     OmissionKind.IMAGES: "pad and target are symmetric: {solved} of {all} loads are solved, the others mirrored",
     OmissionKind.BETWEEN: "interpolated between about {solved} of {all} solved loads, within the tolerance",

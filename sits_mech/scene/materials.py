@@ -28,6 +28,8 @@ class Metal:
     permeability_coefficient: float | None = None  # of relative permeability, alike [1/K]
     expansion: float | None = None  # of lengths [1/K]
     temperature_range: tuple[float, float] = (0.0, math.inf)  # in which these hold [K]
+    youngs_modulus: float | None = None  # [Pa]
+    poissons_ratio: float | None = None
 
     @property
     def susceptibility(self) -> complex:
@@ -49,7 +51,8 @@ def metals() -> Mapping[str, Metal]:
 
 def _metal(name: str, item: Mapping[str, Any]) -> Metal:
     """Return a metal of the catalogue; what its table does not give is unknown."""
-    own = {key: float(item[key]) for key in ("temperature_coefficient", "expansion") if key in item}
+    known = "temperature_coefficient", "expansion", "youngs_modulus", "poissons_ratio"
+    own = {key: float(item[key]) for key in known if key in item}
     low, high = (si_value(end, "K") for end in item.get("temperature_range", (0.0, 1e4)))
     steady = 0.0 if item["relative_permeability"] == 1.0 else None
     return Metal(

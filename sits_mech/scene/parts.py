@@ -28,10 +28,12 @@ from sits_mech.scene.bounds import (
     Length,
     LossTangent,
     MetalName,
+    Modulus,
     Name,
     Offset,
     Permeability,
     Point,
+    PoissonsRatio,
     Resistance,
     Share,
     Turn,
@@ -44,7 +46,11 @@ from sits_mech.scene.solids import BoxedPart
 from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 
-_METAL = ("conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion")
+_METAL = (
+    "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion",
+    "youngs_modulus", "poissons_ratio",
+)
+_POISSON = 0.33  # where it is not known: of metals from 0.28 to 0.44, so that 1/(1 - nu^2) is within 11 %
 PLATE_SIZES = {
     "rectangle": ("width", "length"), "disc": ("diameter",), "ring": ("diameter", "inner_diameter"),
     "outline": ("points",),
@@ -98,7 +104,7 @@ class Plate(BaseModel):
             found = replace(found, temperature_coefficient=None)
         if self.relative_permeability is not None:
             found = replace(found, permeability_coefficient=0.0 if self.relative_permeability == 1.0 else None)
-        changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(self, key)) is not None}
+        changes: dict[str, Any] = {key: number for key in _METAL if (number := getattr(self, key, None)) is not None}
         return replace(found, **changes, source="the scene") if changes else found
 
     @property
@@ -129,7 +135,7 @@ class Plate(BaseModel):
 
 
 class Target(Plate):
-    """The conducting plate on the elastomer, exactly rigid.
+    """The conducting plate on the elastomer. It is solved as rigid; what it bends is told (chain/bending.py).
 
     Attributes
     ----------
@@ -149,6 +155,11 @@ class Target(Plate):
         Corners of the outline in order, not closed [m].
     holes : tuple of tuple of (x, y)
         Corners of each hole in an outline [m].
+    youngs_modulus, poissons_ratio : float or None
+        Instead of the catalogue's, to tell how it bends [Pa, -].
+    backing_thickness, backing_modulus : float or None
+        Of a plate that is glued on its top and stiffens it, such as 0.8 mm of FR-4 with 22 GPa; the load acts at
+        `load_height` all the same [m, Pa].
     net_current : str
         Planar models only: "zero" (isolated plate) or "free" (the current returns at `planar_boundary_radius`).
     load_height : float
@@ -157,6 +168,10 @@ class Target(Plate):
         Where the vector potential vanishes, for "free" [m].
     """
 
+    youngs_modulus: Modulus | None = None
+    poissons_ratio: PoissonsRatio | None = None
+    backing_thickness: Length | None = None
+    backing_modulus: Modulus | None = None
     net_current: Literal["zero", "free"] = "zero"
     load_height: Offset
     planar_boundary_radius: Length | None = None
@@ -176,6 +191,32 @@ class Target(Plate):
         if self.net_current == "free" and self.planar_boundary_radius is None:
             raise SceneError('planar_boundary_radius must be given with net_current = "free"; it is missing')
         return self
+
+    @model_validator(mode="after")
+    def _backed(self) -> Self:
+        """Refuse a backing without its thickness or its modulus."""
+        given = {key: getattr(self, key) for key in ("backing_thickness", "backing_modulus")}
+        missing = [key for key, value in given.items() if value is None]
+        if len(missing) == 1:
+            raise SceneError(f"{missing[0]} must be given for a backing; it is missing")
+        return self
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio of its metal, a usual one where it is not known."""
+        known = self.metal.poissons_ratio
+        return _POISSON if known is None else known
+
+    @property
+    def bending_stiffness(self) -> float | None:
+        """Of it with its backing, D = int E z^2 dz / (1 - nu^2) about the neutral plane [N m]; None where not known."""
+        if (E := self.metal.youngs_modulus) is None:
+            return None
+        layers = [(E, self.thickness), (self.backing_modulus or 0.0, self.backing_thickness or 0.0)]
+        ends = np.cumsum([0.0, *(thick for _, thick in layers)])
+        moduli = np.array([modulus for modulus, _ in layers])
+        neutral = float(moduli @ np.diff(ends**2)) / 2.0 / float(moduli @ np.diff(ends))
+        return float(moduli @ np.diff((ends - neutral) ** 3)) / 3.0 / (1.0 - self.poisson**2)
 
 
 class _Named(BaseModel):

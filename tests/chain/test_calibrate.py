@@ -66,7 +66,8 @@ def described(name: str, model: object, left_out: tuple[Omission, ...] = ()) -> 
 
 
 def put(monkeypatch: pytest.MonkeyPatch, mechanics: Description, magnetics: Description) -> None:
-    """Put models in place of all others."""
+    """Put models in place of all others, with a rigid target."""
+    monkeypatch.setattr(simulating, "bending", lambda *_: ())
     for module in (models, simulating):
         monkeypatch.setattr(module, "MECHANICS", {mechanics.name: mechanics})
     for module in (models, aimed):

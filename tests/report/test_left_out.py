@@ -36,6 +36,15 @@ SAID = [
         "0.29 of the displacement)",
     ),
     (
+        Omission(K.BENDING, 0.025, Relative.DISPLACEMENT, numbers=(("deflection", 4.8e-5), ("stiffness", 0.098))),
+        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 48 um (about 0.025 of the "
+        "displacement)",
+    ),
+    (
+        Omission(K.BENDING, math.nan, Relative.DISPLACEMENT),
+        "bending of the target: the metal has no modulus: give target.youngs_modulus (not known of the displacement)",
+    ),
+    (
         Omission(K.SYMMETRY, relative_to=Relative.DISPLACEMENT),
         "out-of-plane displacement and rotation: scene and load are symmetric",
     ),

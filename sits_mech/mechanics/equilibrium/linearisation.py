@@ -138,6 +138,12 @@ def residuals_of(body: Bonded, here: State) -> Residuals:
 
 def factored(body: Bonded, here: State, found: Residuals) -> Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
+    own = _eliminated(body.pattern, _linearised(body, here, found), slice(0, body.components), found.free)
+    return None if own is None else own._replace(stiffness=on_motions(body, own.stiffness))
+
+
+def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
+    """Return the terms of the linearisation about a state."""
     stiffness = element_stiffness(body.mesh, body.laws, here.u, here.p, deformed_state(body, here))
     values = (stiffness, *(term.stiffness for term in found.terms))
     on_bonded = np.zeros((len(body.bonded), 3))
@@ -145,9 +151,28 @@ def factored(body: Bonded, here: State, found: Residuals) -> Factor | None:
     on_bonded[:, 0] *= 0.5 if body.mesh.hoop else 1.0  # their mean along x, or y, over a turn
     T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
-    made = _Linear(numbers, values, T, extra, here)
-    own = _eliminated(body.pattern, made, slice(0, body.components), found.free)
-    return None if own is None else own._replace(stiffness=on_motions(body, own.stiffness))
+    return _Linear(numbers, values, T, extra, here)
+
+
+def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Array:
+    """Return the stiffness on the motion q and on upward `shapes` (n, m) of the bonded nodes, shape (6 + m, 6 + m).
+
+    `even` tells which shapes are even in y; what a body neither frees nor hides is zero. Raises ValueError where it is
+    singular.
+    """
+    made, m = _linearised(body, here, residuals_of(body, here)), shapes.shape[1]
+    T = np.pad(made.T, ((0, 0), (0, m)))
+    T[: body.bonded.size].reshape(*body.bonded.shape, -1)[:, -1, 6:] = shapes
+    made, k = made._replace(T=T, turning=np.pad(made.turning, (0, m))), body.components
+    own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
+    parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
+    K = np.zeros((6 + m, 6 + m))
+    for pattern, some in parts:
+        found = _eliminated(pattern, made, some, np.zeros(len(pattern.free)))
+        if found is None:
+            raise ValueError("elastomer: must have a stiffness at rest; it has none")
+        K[np.ix_(some, some)] = found.stiffness
+    return K
 
 
 def on_motions(body: Bonded, S: Array) -> Array:
@@ -272,7 +297,7 @@ def _border_by_q(body: Bonded, q: Array) -> Array:
     return found
 
 
-def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> Factor | None:
+def _eliminated(pattern: Pattern, made: _Linear, freed: slice | list[int], left: Array) -> Factor | None:
     """Eliminate the free displacements and their residual from the freed components of (dc, dw)."""
     pattern = pattern.following(made.numbers)
     of_free = pattern.factored(made.values)
@@ -283,4 +308,4 @@ def _eliminated(pattern: Pattern, made: _Linear, freed: slice, left: Array) -> F
     by_q, step = found[:, :-1], found[:, -1]
     if not np.all(np.isfinite(by_q)):
         return None
-    return Factor(of_free, by_q, C, D + made.turning[freed, freed] + C.T @ by_q, left, step, made)
+    return Factor(of_free, by_q, C, D + made.turning[freed][:, freed] + C.T @ by_q, left, step, made)

@@ -1,0 +1,93 @@
+"""Tell what the bending of a target changes of an answer: how far it moves what the coils see of it.
+
+A coil c with 1 A sees a plate move by w(x, y) towards it, to first order, as (J. C. Slater, Microwave Electronics
+(1950), section 4.10, of metal thick against its skin depth)
+
+    dL_c = -mu0 int H_t^2 dw dA,        H_t twice that of the coil alone (its image in the plate),
+
+so that what is bent counts as a motion by its mean over the target with the weight H_t^2,
+
+    b_c = mean_c (w - w_rigid),         h_c = mean_c w_rigid.
+
+What the rigid target's answer leaves out of d_v is max_c |b_c| over max_c |h_c| under what presses, of the rotations
+the same under what tilts it, the largest of all loads that are asked for (mechanics/bending.py). The chain makes errors
+of the inductances of it, as of all that the mechanics leave out. All models leave it out alike: it decides no choice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from sits_mech.chain.propagation import unloaded_pose
+from sits_mech.magnetics.coils.ring_field import coil_potential
+from sits_mech.mechanics.bending import BondedPlate, bonded_plate
+from sits_mech.mechanics.touch import on_target
+from sits_mech.notes import Omission, OmissionKind, Relative
+from sits_mech.quantities import POSE, WRENCH, Array, Wrench
+from sits_mech.scene.sensor import Coil, Sensor
+
+_STEP = 1e-3  # of a height, over which fields are differences of potentials: to 1e-6
+_SEEN = 1e-6  # of what the target moves at most: coils that see less of a part of a load see none of it
+_TILTS = tuple(POSE.index(name) for name in ("alpha", "alpha_x"))
+_DOWN = POSE.index("d_v")
+
+
+def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tuple[Omission, ...]:
+    """Return what the bending of the target leaves out of loads; without a size where modulus or pad are not known.
+
+    Up to `least`, the error that the finest meshes of a model have, it is none.
+    """
+    if sensor.target is None or sensor.elastomer is None or not any(load.components.any() for load in loads):
+        return ()
+    stiffness = sensor.target.bending_stiffness
+    if stiffness is None:
+        return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT),)
+    given = on_target(sensor, loads)
+    try:
+        plate = bonded_plate(sensor)
+    except ValueError:  # no mesh, such as of a hair
+        known = (("stiffness", stiffness),)
+        return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT, numbers=known),)
+    each = [_parts_of(load, touched=sensor.touch is not None) for load in given]
+    presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
+    found, weights = plate.bent([*presses, *tilts, *given], stiffness), seen_shares(sensor, plate)
+    bend, rigid = (np.abs(part @ weights).max(axis=1) for part in (found.bend, found.rigid))
+    seen = rigid > _SEEN * np.abs(found.rigid).max(axis=1)
+    shares = np.divide(bend, rigid, out=np.zeros_like(bend), where=seen)
+    parts, count = np.zeros(len(POSE)), len(presses)
+    parts[_DOWN] = shares[:count].max(initial=0.0)
+    parts[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
+    parts *= parts.max() > least
+    deflection = float(np.abs(found.bend[count + len(tilts) :]).max())
+    numbers = (("deflection", deflection), ("stiffness", stiffness))
+    return (Omission(
+        OmissionKind.BENDING, float(parts.max()), Relative.DISPLACEMENT, numbers=numbers, parts=tuple(parts.tolist())
+    ),)
+
+
+def _parts_of(load: Wrench, *, touched: bool) -> tuple[list[Wrench], list[Wrench]]:
+    """Return unit loads that one is made of: what presses, and what tilts the target, a touch off its middle both."""
+    moments = {"M": load.M, "M_x": load.M_x}
+    press = {"F_z": load.F_z} | (moments if touched else {})
+    alone = {name: getattr(load, name) for name in WRENCH if name not in press and name not in ("F_z", "M_z")}
+    presses = [Wrench(**{name: value / load.F_z for name, value in press.items()})] if load.F_z else []
+    off = [each for each in presses if each.M or each.M_x]
+    return presses, [*off, *(Wrench(**{name: 1.0}) for name, value in alone.items() if value)]
+
+
+def seen_shares(sensor: Sensor, plate: BondedPlate) -> Array:
+    """Return what points of a target at rest count for coils, shape (p, n), each coil's sum one."""
+    height = float(unloaded_pose(sensor).d_v)
+    own = np.stack([plate.areas * _field_squared(coil, plate.places, height) for coil in sensor.coils], axis=1)
+    return np.asarray(own / own.sum(axis=0))
+
+
+def _field_squared(coil: Coil, places: Array, height: float) -> Array:
+    """Return H_t^2 of a coil at places (p, 2) in a plane, up to a factor, by the slope of its potential, shape (p,)."""
+    ends = np.array([height * (1.0 - _STEP), height * (1.0 + _STEP)])
+    points = np.column_stack([np.tile(places, (2, 1)), np.repeat(ends, len(places))])
+    low, high = np.split(coil_potential(coil, points, float(ends[0])), 2)
+    return np.asarray(((high - low) ** 2).sum(axis=1))

@@ -1,0 +1,129 @@
+"""What bending leaves out of an answer: what coils see of a plate, which loads bend it, and what is said of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sits_mech.chain.bending import bending, seen_shares
+from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model
+from sits_mech.chain.simulate import counted_omissions, mechanical_omissions, rest_flags, with_omissions
+from sits_mech.magnetics.coils.far_field import coil_field
+from sits_mech.mechanics.bending import bonded_plate
+from sits_mech.mechanics.closed_form import HAIR
+from sits_mech.notes import OmissionKind, Relative
+from sits_mech.quantities import Pose, Wrench
+from sits_mech.report.left_out import line
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+POINT, PRESSED = 'touch={shape="sphere", radius="5 mm"}', Wrench(F_z=1.0)
+BACKED = ('target.backing_thickness="0.8 mm"', 'target.backing_modulus="22 GPa"')
+
+
+def test_coils_see_a_plate_by_the_square_of_their_field_along_it() -> None:
+    sensor = load_sensor("biorob2018-w15")
+    plate = bonded_plate(sensor)
+    places = np.column_stack([plate.places, np.full(len(plate.places), 2e-3)])
+    fields = [(coil_field(coil, places, 2e-6)[:, :2] ** 2).sum(axis=1) * plate.areas for coil in sensor.coils]
+    expected = np.transpose([own / own.sum() for own in fields])
+    np.testing.assert_allclose(seen_shares(sensor, plate), expected, atol=1e-4 * expected.max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "within"), [("biorob2018", 0.05), ("biorob2018-w15", 0.08), ("triaxial-4", 0.08)])
+def test_coils_see_a_tilted_plate_by_the_mean_of_its_height(name: str, within: float) -> None:
+    """dL/dalpha over dL/dd_v of `sheets` is the weighted mean of -x, but for the field at a plate's edges."""
+    sensor = load_sensor(name)
+    plate, (model, _) = bonded_plate(sensor), magnetic_model(sensor, "sheets", 1e-2)
+    d, turn = 2e-5, 2e-3
+    poses = Pose(np.zeros(4), 2e-3 + d * np.array([1.0, -1.0, 0.0, 0.0]), turn * np.array([0.0, 0.0, 1.0, -1.0]))
+    L = np.diagonal(model.impedance(poses, sensor.frequency).L, axis1=1, axis2=2)
+    by_height, by_turn = (L[0] - L[1]) / (2.0 * d), (L[2] - L[3]) / (2.0 * turn)
+    seen = plate.places[:, 0] @ seen_shares(sensor, plate)
+    np.testing.assert_allclose(seen, -by_turn / by_height, rtol=within)
+
+
+def test_what_is_pressed_at_a_point_bends_more_and_wider_plates_too() -> None:
+    """D of a plate goes with the third power of its thickness: 4 mm of it are rigid."""
+    sizes = {}
+    for name in ("biorob2018", "biorob2018-w15", "biorob2018-w22"):
+        for keys in ((), (POINT,), (POINT, *BACKED), (POINT, 'target.thickness="4 mm"')):
+            (item,) = bending(load_sensor(name, keys), [PRESSED])
+            assert (item.kind, item.relative_to) == (OmissionKind.BENDING, Relative.DISPLACEMENT)
+            assert item.parts[1] == item.size and not item.held and not item.unbounded and not any(item.parts[2:])
+            sizes[name, len(keys) + any("4 mm" in key for key in keys) * 9] = item.size
+    narrow, middle, wide = ([sizes[name, k] for k in (0, 1, 3, 11)] for name in dict.fromkeys(key[0] for key in sizes))
+    for found in (narrow, middle, wide):
+        even, point, backed, thick = found
+        assert even < point and thick < 1e-2 * backed < 1e-3 * point
+    assert narrow[1] < 0.1 * middle[1] < 0.1 * wide[1] and 0.2 < wide[1] < 0.3
+
+
+def test_each_part_of_a_load_bends_what_it_moves() -> None:
+    """Shear tilts and bends oddly, pressing alone evenly; a table holds the largest; a touch aside does both."""
+    sensor = load_sensor("biorob2018-w15")
+    loads = [PRESSED, Wrench(F_x=0.5), Wrench(F_x=-0.1, F_z=2.0)]
+    ((press,), (shear,), (both,)) = (bending(sensor, some) for some in (loads[:1], loads[1:2], loads))
+    assert press.parts[1] > 0.0 == press.parts[2] and shear.parts[2] > 0.0 == shear.parts[1]
+    np.testing.assert_allclose(both.parts, np.add(press.parts, shear.parts), rtol=1e-9)
+    (aside,) = bending(load_sensor("biorob2018-w15", [POINT, 'touch.x="3 mm"']), [PRESSED])
+    assert aside.parts[1] == aside.parts[2] > press.parts[1]
+    assert bending(sensor, []) == bending(sensor, [Wrench()]) == ()
+
+
+def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
+    sensor = load_sensor("biorob2018-w15", [POINT])
+    layer, choice = mechanical_model(sensor, "linear", 1e-2)
+    rest = layer.equilibrium(Wrench(F_z=0.1))
+    (found,) = with_omissions(sensor, [rest])
+    (item,) = (each for each in found.report.left_out if each.kind == OmissionKind.BENDING)
+    sink = 2e-3 - rest.pose.d_v
+    assert choice.name == "linear" and found.error.d_v - rest.error.d_v == pytest.approx(item.size * sink, rel=1e-9)
+    assert rest_flags(sensor, found, 1e-2) == ("above tolerance",) and found.pose == rest.pose
+    assert line(item) == (
+        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 1.7 um (about 0.025 of the "
+        "displacement)"
+    )
+
+
+def test_what_is_less_than_the_least_error_of_a_model_is_not_listed() -> None:
+    """A foil of 8 mm under an even pressure: 1e-5 of what it moves, where meshes reach 5e-4."""
+    sensor, loads = load_sensor("biorob2018"), [PRESSED]
+    assert 0.0 < bending(sensor, loads)[0].size < MECHANICS["block"].least
+    (none,) = (item for item in mechanical_omissions(sensor, "block", loads) if item.kind == OmissionKind.BENDING)
+    assert none.size == 0.0 and not any(none.parts) and not counted_omissions(sensor, "block", loads)
+    (item,) = counted_omissions(load_sensor("biorob2018", [POINT]), "block", loads)
+    assert item.kind == OmissionKind.BENDING and item.size > MECHANICS["block"].least
+
+
+def test_without_a_modulus_or_a_mesh_it_is_not_bounded() -> None:
+    """Until the scene gives one, by the target's key or with a metal's name."""
+    own = ('target.conductivity="2e7 S/m"', "target.relative_permeability=1.0")
+    bare = {"shape": "rectangle", "width": 8e-3, "length": 8e-3, "thickness": 2e-4, "conductivity": 2e7}
+    sensor = load_sensor("biorob2018")
+    unknown = sensor.model_copy(update={"target": type(sensor.target).model_validate(bare)})
+    (item,) = bending(unknown, [PRESSED])
+    assert math.isnan(item.size) and item.unbounded
+    assert line(item).startswith("bending of the target: the metal has no modulus: give target.youngs_modulus")
+    (item,) = bending(load_sensor("biorob2018", [f"elastomer.thickness={1.01 * 0.02 * HAIR}"]), [PRESSED])
+    assert math.isnan(item.size) and "its pad has no mesh on which it could bend" in line(item)
+    known = type(sensor.target).model_validate(bare | {"youngs_modulus": "130 GPa", "poissons_ratio": 0.343})
+    sizes = [
+        bending(each, [PRESSED])[0].size
+        for each in (sensor, sensor.model_copy(update={"target": known}), load_sensor("biorob2018", own))
+    ]
+    np.testing.assert_allclose(sizes, sizes[0], rtol=1e-12)
+
+
+def test_the_stiffness_of_a_backed_target() -> None:
+    """Twice the thickness of one metal is eight times as stiff, glued of two; and what a backing lacks is refused."""
+    one = load_sensor("biorob2018").target
+    assert one.bending_stiffness == pytest.approx(130e9 * 0.2e-3**3 / 12.0 / (1.0 - 0.343**2))
+    two = load_sensor("biorob2018", ['target.backing_thickness="0.2 mm"', 'target.backing_modulus="130 GPa"']).target
+    assert two.bending_stiffness == pytest.approx(8.0 * one.bending_stiffness)
+    for key, missing in (("thickness", "modulus"), ("modulus", "thickness")):
+        value = '"1 mm"' if key == "thickness" else '"1 GPa"'
+        with pytest.raises(SceneError, match=f"backing_{missing} must be given for a backing; it is missing"):
+            load_sensor("biorob2018", [f"target.backing_{key}={value}"])
+    with pytest.raises(SceneError, match='target.youngs_modulus: must be a modulus from 1 kPa .*; got "0 GPa"'):
+        load_sensor("biorob2018", ['target.youngs_modulus="0 GPa"'])
