@@ -144,12 +144,12 @@ def calibrate(
 def tabulated(
     sensor: Sensor, found: AimedLoads, request: Mapping[str, Any], axes: tuple[Axes, Mapping[str, float]],
     *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
-    direct: Array | None = None,
+    direct: Array | None = None, moved: Array | None = None,
 ) -> xr.Dataset:
     """Return the table of loads that have come to rest, as `calibrate` does.
 
     `request` names models and tolerance; `axes` are the components of loads that are dimensions, and those that are
-    not; `slopes` makes the columns by temperature; `direct` as of `read_poses`.
+    not; `slopes` makes the columns by temperature; `direct` and `moved` as of `read_poses`.
     """
     import xarray as xr
 
@@ -157,7 +157,7 @@ def tabulated(
     places = [name for name in TOUCH if name in grid or name in fixed]
     every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
     loads = loads_of(every, sensor.touched_point)
-    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, direct)
+    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, (direct, moved))
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
@@ -172,18 +172,18 @@ def tabulated(
 
 def _read(
     sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
-    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Array | None,
+    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, known: tuple[Array | None, Array | None],
 ) -> tuple[Columns, list[Equilibrium], Impedance]:
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
     good = [word == OK for word, _ in status]
-    known = iter(with_omissions(sensor, [one.rest for one in settled if one.rest], request["mechanics"]))
-    settled = [replace(one, rest=next(known)) if one.rest else one for one in settled]
+    answered = iter(with_omissions(sensor, [one.rest for one in settled if one.rest], request["mechanics"]))
+    settled = [replace(one, rest=next(answered)) if one.rest else one for one in settled]
     rests = [one.rest for one in settled]
     read = [rest for rest, fine in zip(rests, good, strict=True) if rest and fine]
     poses = poses_of(read)
-    reading = read_poses(sensor, found.field, poses, direct=direct)
+    reading = read_poses(sensor, found.field, poses, direct=known[0], moved=known[1])
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}

@@ -103,12 +103,14 @@ def signals_at(found: Signals, index: int) -> Signals:
 
 
 def read_poses(
-    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, untilted: bool = True
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, moved: Array | None = None,
+    untilted: bool = True,
 ) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` (m, p, n) is what the shared parts of the poses are of each coil's own inductance besides [unit], in place
-    of what the model's errors share. Where `untilted` is not asked for it is what is read, without another call.
+    of what the model's errors share, and `moved` (p, n) what the model is known to be off by there [unit]. Where
+    `untilted` is not asked for it is what is read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
@@ -116,6 +118,9 @@ def read_poses(
     report, flat = found.report, _untilted(model, found, pose) if untilted else found
     if direct is not None:
         found, flat = _own_alone(found), _own_alone(flat)
+    if moved is not None:
+        matrices = moved[:, None, :] * np.eye(moved.shape[-1])
+        found, flat = (replace(each, L=each.L + matrices) for each in (found, flat))
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
               report.estimated_error)
     L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
