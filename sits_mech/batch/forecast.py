@@ -147,10 +147,12 @@ def _recorded(study: Study, point: Row) -> StepCounts:
     try:
         variant, asked = study.case(point)
         values = study.request.in_si(asked)
-        loads = {name: np.atleast_1d(values.get(key, 0.0)) for key, name in LOAD_ARGUMENTS.items() if key in units}
+        loads = {
+            name: np.atleast_1d(values.get(key, 0.0)).tolist() for key, name in LOAD_ARGUMENTS.items() if key in units
+        }
         poses = {name: values.get(key, 0.0) for key, name in POSE_ARGUMENTS.items() if key in units}
         given: Sequence[Wrench] | Sequence[Pose] = loads_of(loads) if loads else [Pose(**poses)]
-        layer, field = (values.get(part, values.get("model", "auto")) for part in ("mechanics", "magnetics"))
+        layer, field = (str(values.get(part, values.get("model", "auto"))) for part in ("mechanics", "magnetics"))
         tolerance = values.get("tolerance", 1e-2 if study.request.layer else 1e-3)
         each, coils, answers = table_seconds(
             variant.sensor, given, tolerance, mechanics=layer, magnetics=None if study.name == "pose" else field

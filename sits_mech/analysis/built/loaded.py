@@ -83,13 +83,13 @@ class LoadedBench:
 
     def by_factors(self, p: Array) -> Array:
         """Return what the factors of unknowns (p,) move the inductances by, beside the poses, shape (m, n) [H]."""
-        return self._moved(p[None], self._loads(p[None]))[0]
+        return np.asarray(self._moved(p[None], self._loads(p[None]))[0])
 
     def _moved(self, P: Array, loads: Array) -> Array:
         """Return sum n_j t_j of the module docstring at loads (k, m, d), shape (k, m, n) [H]."""
         p, q, _ = self.count
-        n = self.table.L.shape[1]
-        return np.einsum("kq,kmqn->kmn", P[:, p : p + q], self.table.parts_at(loads)[1]) if q else np.zeros((1, 1, n))
+        parts = self.table.parts_at(loads)[1][..., :q, :]  # none where factors are not unknown
+        return np.asarray(np.einsum("kq,kmqn->kmn", P[:, p : p + q], parts))
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:
         """Return derivatives of the outputs by parameters and factors, (m, n, p), and by each row's load, (m, n, d)."""
