@@ -270,8 +270,12 @@ class Session:
         return self._glances.get(key)
 
     def update(self) -> None:
-        """Draw what is known, and ask for what is not."""
+        """Draw what is known, of another tab or a scene that was left as well, and ask for what is not."""
         self.stopped = False
+        for _ in range(2):  # the range of the load, then its table
+            own = self.question(self.sensor)
+            if own.key in self.solver.kept:
+                self._take(own, self.solver.kept[own.key])
         wishes = [self.question(self.sensor), self.search, self._figures, *(self._behind() if self.loads else [])]
         known = {*self.solver.kept, *self._refused}
         self.draw(self.view())
@@ -324,10 +328,7 @@ class Session:
         if isinstance(question, SearchQuestion):
             self._searched(kind, what)
         elif kind == "done":
-            if isinstance(question, Borne):
-                self.ends = what
-            elif isinstance(question, TableQuestion) and question.sensor not in self.visited:
-                self.visited.append(question.sensor)
+            self._take(question, what)
             (self.stop if self.stopped else self.update)()
         elif isinstance(question, Figures) and kind == "failed":
             self._refused[question.key] = f"not judged: {what}"
@@ -335,6 +336,13 @@ class Session:
         elif question.key == self.question(self.sensor).key and not self.stopped:
             self._far = self._far.with_news(kind, what, time.monotonic())
             self.draw(self.view(self._far.words(time.monotonic())))
+
+    def _take(self, question: StudioQuestion, what: Any) -> None:
+        """Take the range of the load that a pad bears, or a scene whose table is known."""
+        if isinstance(question, Borne):
+            self.ends = what
+        elif isinstance(question, TableQuestion) and question.sensor not in self.visited:
+            self.visited.append(question.sensor)
 
     def _searched(self, kind: str, what: Any) -> None:
         """Take what the search says."""
