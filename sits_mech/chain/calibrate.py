@@ -22,7 +22,7 @@ from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperatu
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.propagation import poses_of, read_poses
+from sits_mech.chain.propagation import Direct, poses_of, read_poses
 from sits_mech.chain.simulate import with_omissions
 from sits_mech.description import sized
 from sits_mech.labels import labelled
@@ -31,7 +31,7 @@ from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
-from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
+from sits_mech.quantities import TOUCH, WRENCH, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance, silicones_of
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
@@ -144,12 +144,12 @@ def calibrate(
 def tabulated(
     sensor: Sensor, found: AimedLoads, request: Mapping[str, Any], axes: tuple[Axes, Mapping[str, float]],
     *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
-    direct: Array | None = None, moved: Array | None = None,
+    direct: Direct | None = None,
 ) -> xr.Dataset:
     """Return the table of loads that have come to rest, as `calibrate` does.
 
     `request` names models and tolerance; `axes` are the components of loads that are dimensions, and those that are
-    not; `slopes` makes the columns by temperature; `direct` and `moved` as of `read_poses`.
+    not; `slopes` makes the columns by temperature; `direct` as of `read_poses`.
     """
     import xarray as xr
 
@@ -157,7 +157,7 @@ def tabulated(
     places = [name for name in TOUCH if name in grid or name in fixed]
     every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
     loads = loads_of(every, sensor.touched_point)
-    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, (direct, moved))
+    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, direct)
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
@@ -172,18 +172,18 @@ def tabulated(
 
 def _read(
     sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
-    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, known: tuple[Array | None, Array | None],
+    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Direct | None,
 ) -> tuple[Columns, list[Equilibrium], Impedance]:
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
     good = [word == OK for word, _ in status]
-    answered = iter(with_omissions(sensor, [one.rest for one in settled if one.rest], request["mechanics"]))
-    settled = [replace(one, rest=next(answered)) if one.rest else one for one in settled]
+    known = iter(with_omissions(sensor, [one.rest for one in settled if one.rest], request["mechanics"]))
+    settled = [replace(one, rest=next(known)) if one.rest else one for one in settled]
     rests = [one.rest for one in settled]
     read = [rest for rest, fine in zip(rests, good, strict=True) if rest and fine]
     poses = poses_of(read)
-    reading = read_poses(sensor, found.field, poses, direct=known[0], moved=known[1])
+    reading = read_poses(sensor, found.field, poses, direct=direct)
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}

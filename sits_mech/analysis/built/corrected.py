@@ -28,6 +28,7 @@ from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.propagation import Direct
 from sits_mech.mechanics.loads import Settled
 from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
@@ -76,8 +77,8 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     field, _ = loaded_model(sensor, request["magnetics"], asked, list(settled))
     axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
     held = {name: s * value for name, value in fixed(data).items()}
-    solved, off = AimedLoads(settled, field, asked), bench.by_factors(at) / scale
-    table = tabulated(sensor, solved, request, (axes, held), direct=direct, moved=off)
+    known = Direct(direct, bench.by_factors(at) / scale)
+    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), direct=known)
     return sensor, table.assign_attrs(notes=_notes(found))
 
 
