@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from sits_mech.chain.models import magnetic_model, mechanical_model
     from sits_mech.chain.plan import plan
     from sits_mech.chain.simulate import simulate
-    from sits_mech.export.calibrations import adapt, compare, export_calibration, quality
+    from sits_mech.export.calibrations import adapt, compare, export_calibration, invert, quality
     from sits_mech.magnetics.slopes import slopes
     from sits_mech.quantities import Impedance, Pose, SolveFailed, Wrench
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "adapt", "calibrate",
-    "catalogue", "compare", "crosstalk", "design", "envelope", "export_calibration", "gradient", "load_sensor",
-    "magnetic_model", "mechanical_model", "open_sweep", "plan", "quality", "read_calibration", "save_sensor",
-    "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep", "terminal_calibration",
+    "catalogue", "compare", "crosstalk", "design", "envelope", "export_calibration", "gradient", "invert",
+    "load_sensor", "magnetic_model", "mechanical_model", "open_sweep", "plan", "quality", "read_calibration",
+    "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
+    "terminal_calibration",
 ]
 
 _HOMES = {
@@ -43,7 +44,7 @@ _HOMES = {
     "chain.calibrate": ("calibrate",),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
-    "export.calibrations": ("adapt", "compare", "export_calibration", "quality"),
+    "export.calibrations": ("adapt", "compare", "export_calibration", "invert", "quality"),
     "report.folder": ("read_calibration",),
     "chain.models": ("magnetic_model", "mechanical_model"),
     "chain.plan": ("plan",),

@@ -144,10 +144,13 @@ class Description:
         """Return what the model leaves out of the question about a scene, with sizes."""
         return self.omissions(sensor, question)
 
+    def rung(self, tolerance: float) -> Rung:
+        """Return the counts and seconds to a tolerance."""
+        return next(rung for rung in self.rungs if rung.tolerance <= tolerance)
+
     def cost(self, question: Question) -> Cost:
         """Return what the answers of a question take."""
-        rung = next(rung for rung in self.rungs if rung.tolerance <= question.tolerance)
-        count = question.answers
+        rung, count = self.rung(question.tolerance), question.answers
         times = rung.factorisations * (count if self.fresh else 1)
         seconds = rung.once + count * rung.each
         return Cost(times * float(rung.unknowns) ** self.power, rung.unknowns, times, count, seconds)

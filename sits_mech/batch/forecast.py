@@ -37,13 +37,15 @@ from sits_mech.batch.adaptive import likely
 from sits_mech.batch.run import Case, keys
 from sits_mech.batch.studies.asked import Shared, Study
 from sits_mech.cases import attempt, grouped
+from sits_mech.chain.interpolate import loads_of
+from sits_mech.chain.plan import table_seconds
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.magnetics.answer import clearances
 from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.models import strains_of
 from sits_mech.memory import GIB, input_text, peak_memory
-from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
+from sits_mech.quantities import LOAD_ARGUMENTS, POSE_ARGUMENTS, Pose, Wrench
 from sits_mech.scene.files import write_text
 from sits_mech.store import Cases, Row, case_name, opened
 from sits_mech.units import SceneError, si_value
@@ -108,7 +110,8 @@ def forecast(
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
     `beside` returns the seconds that a process takes beside its cases and what the first one imports; `told` gets the
-    counts before a case is tried, and then what all takes that was missing.
+    counts with what the models' records say before a case is tried, and what all takes that was missing after the first
+    case, and whenever twice as much was tried.
     """
     points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
@@ -117,21 +120,46 @@ def forecast(
     trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
     order = list(chain.from_iterable(grouped({index: study.shared(points[index]).order for index in missing})))
     shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
+    said, kept = 0.0, len(points) - whole.cases
+    told(replace(whole, steps=_recorded(study, points[order[len(order) // 2]]) if order else whole.steps, kept=kept))
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
-        told(replace(whole, steps=trial.steps, kept=len(points) - whole.cases, tried=(len(rows), trial.spent)))
         for index in near:
             if index not in rows:
                 rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
                     cases.put([(missing[index], rows[index])])
+                if trial.spent > 2.0 * said:
+                    said = trial.spent
+                    told(replace(whole, steps=trial.steps, kept=kept, tried=(len(rows), said)))
     left = whole if cases is None else _counted(_to_come(shared, rows), chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + beside()), kept=len(points) - left.cases,
         tried=(len(rows), trial.spent), memory=peak_memory(),
     )
+
+
+def _recorded(study: Study, point: Row) -> StepCounts:
+    """Return the processor seconds of a case's steps by its models' records; zeros of a case that is none."""
+    units, none = study.request.units, StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)
+    try:
+        variant, asked = study.case(point)
+        values = study.request.in_si(asked)
+        loads = {
+            name: np.atleast_1d(values.get(key, 0.0)).tolist() for key, name in LOAD_ARGUMENTS.items() if key in units
+        }
+        poses = {name: values.get(key, 0.0) for key, name in POSE_ARGUMENTS.items() if key in units}
+        given: Sequence[Wrench] | Sequence[Pose] = loads_of(loads) if loads else [Pose(**poses)]
+        layer, field = (str(values.get(part, values.get("model", "auto"))) for part in ("mechanics", "magnetics"))
+        tolerance = values.get("tolerance", 1e-2 if study.request.layer else 1e-3)
+        each, coils, answers = table_seconds(
+            variant.sensor, given, tolerance, mechanics=layer, magnetics=None if study.name == "pose" else field
+        )
+    except ValueError:
+        return none
+    return none._replace(coils=coils, rest=sum(each), case=answers)
 
 
 def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[int, str]:

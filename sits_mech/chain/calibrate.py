@@ -22,7 +22,7 @@ from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperatu
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.propagation import poses_of, read_poses
+from sits_mech.chain.propagation import Direct, poses_of, read_poses
 from sits_mech.chain.simulate import with_omissions
 from sits_mech.description import sized
 from sits_mech.labels import labelled
@@ -31,7 +31,7 @@ from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
-from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, Impedance, MechanicalModel, Wrench
+from sits_mech.quantities import TOUCH, WRENCH, Equilibrium, Impedance, MechanicalModel, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance, silicones_of
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients
@@ -145,7 +145,7 @@ def calibrate(
 def tabulated(
     sensor: Sensor, found: AimedLoads, request: Mapping[str, Any], axes: tuple[Axes, Mapping[str, float]],
     *, slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None = None,
-    direct: Array | None = None,
+    direct: Direct | None = None,
 ) -> xr.Dataset:
     """Return the table of loads that have come to rest, as `calibrate` does.
 
@@ -173,7 +173,7 @@ def tabulated(
 
 def _read(
     sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
-    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Array | None,
+    slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Direct | None,
 ) -> tuple[Columns, list[Equilibrium], Impedance]:
     """Return the columns of all loads, and the rests and impedances of those with a reading."""
     settled = [found.settled[load] for load in loads]

@@ -169,18 +169,26 @@ def planned_seconds(
     return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
 
 
-def table_seconds(sensor: Sensor, loads: Sequence[Wrench], tolerance: float) -> tuple[list[float], float]:
+def table_seconds(
+    sensor: Sensor, given: Sequence[Wrench] | Sequence[Pose], tolerance: float, *, mechanics: str = "auto",
+    magnetics: str | None = "auto",
+) -> tuple[list[float], float, float]:
     """Return the seconds of each load of a table that is solved, on its model's first meshes, and of the coils.
 
-    Pads in space by counts, others by their records; nothing is solved.
+    Of the coils those of what is prepared once, and of all loads, or of poses that are `given`. Pads in space by
+    counts, others by their records; nothing is solved. `magnetics` None: the target's pose alone.
     """
-    layer = choose_mechanics(sensor, "auto", loads, tolerance)
-    question = magnetic_question(sensor, tolerance, loads, loaded=True)
-    field = chosen("magnetics", MAGNETICS, sensor, question, loaded=True)
-    ahead = [counted_cost(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
-    each = [MECHANICS[layer.name].rungs[0].each if seen is None else seen.seconds for seen in ahead]
-    own, _ = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, len(loads))
-    return each, own.seconds
+    loads, each = [load for load in given if isinstance(load, Wrench)], list[float]()
+    if loads:
+        layer = choose_mechanics(sensor, mechanics, loads, tolerance)
+        ahead = [counted_cost(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
+        each = [MECHANICS[layer.name].rungs[0].each if seen is None else seen.seconds for seen in ahead]
+    if magnetics is None:
+        return each, 0.0, 0.0
+    question = magnetic_question(sensor, tolerance, given, loaded=bool(loads))
+    field = chosen("magnetics", MAGNETICS, sensor, question, magnetics, loaded=bool(loads))
+    rung = MAGNETICS[field.name].rung(field.tolerance)
+    return each, rung.once, len(given) * rung.each
 
 
 def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:

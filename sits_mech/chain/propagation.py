@@ -19,6 +19,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,6 +47,13 @@ class PoseReadings:
     alone: Array  # (k, p, n), of each pose for itself, by component [unit]
     turned: Array  # (p, r), errors of `combine` of L less the unrotated L, beside what is shared
     known: KnownImpedance  # the impedance with its slopes by components of poses that have errors
+
+
+class Direct(NamedTuple):
+    """What readings of a sensor have shown of each coil's own inductance besides the poses [unit]."""
+
+    parts: Array  # (m, p, n), of the errors, with the shared parts of the poses
+    moved: Array  # (p, n), what the model is off by
 
 
 @dataclass(frozen=True)
@@ -103,28 +111,27 @@ def signals_at(found: Signals, index: int) -> Signals:
 
 
 def read_poses(
-    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Array | None = None, untilted: bool = True
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Direct | None = None, untilted: bool = True
 ) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
-    `direct` (m, p, n) is what the first shared parts of the poses are of each coil's own inductance besides [unit], in
-    place of what the model's errors share. Where `untilted` is not asked for it is what is read, without another call.
+    `direct` is in place of what the model's errors share. Where `untilted` is not asked for it is what is read, without
+    another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
     report, flat = found.report, _untilted(model, found, pose) if untilted else found
     if direct is not None:
-        found, flat = _own_alone(found), _own_alone(flat)
+        matrices = direct.moved[:, None, :] * np.eye(direct.moved.shape[-1])
+        found, flat = (replace(own, L=own.L + matrices) for own in (_own_alone(found), _own_alone(flat)))
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
               report.estimated_error)
     L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
     shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
     parts, n = diagonals(whole_L), len(L0)
-    own = np.zeros((len(poses.shared), len(L.value), n))
-    if direct is not None:
-        own[: len(direct)] = direct
+    own = np.zeros((len(poses.shared), len(L.value), n)) if direct is None else direct.parts
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
     error_L = found.error_L + unsure.total(whole_L, own[..., None] * np.eye(n))
     error_R = found.error_R + unsure.total(whole_R)

@@ -90,8 +90,7 @@ def invert(
         data, left = read_at(sensor, data, warm, lambda table: (one := asked_of(table)).cal.inverse(one.values))
     asked = asked_of(data)
     record = {"convention": asked.convention} | inversion_record(asked.cal, asked.values, left)
-    given = [(option, float(value)) for (option, _), value in zip(texts, asked.values, strict=True)]
-    why = refusal(asked.cal, record["status"], given)
+    why = refusal(asked.cal, record["status"], texts, asked.values)
     if why:
         cause = asked.cause(sensor, data) if record["status"] in ("no solution", "outside") else ""
         cause = cause or ("" if code else other_convention(sensor, data, asked.values, idle))

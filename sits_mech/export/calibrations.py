@@ -1,4 +1,4 @@
-"""Work on a calibration from Python as the commands do: adapt, compare, quality, export.
+"""Work on a calibration from Python as the commands do: adapt, invert, compare, quality, export.
 
 Each takes the folder of a calibration, or the sensor and table that `read_calibration` makes of it.
 """
@@ -6,15 +6,23 @@ Each takes the folder of a calibration, or the sensor and table that `read_calib
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end, with_idle
+from sits_mech.analysis.bench import (
+    code_calibration,
+    coil_table,
+    sensor_calibration,
+    sensor_front_end,
+    terminal_calibration,
+    with_idle,
+)
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.adaptation import adapt as adapted
@@ -29,8 +37,9 @@ from sits_mech.analysis.measured import Measured, Tank, read_measured
 from sits_mech.arguments import checked_arguments
 from sits_mech.export import formats
 from sits_mech.export.source import Source
-from sits_mech.quantities import Array, Wrench
+from sits_mech.quantities import SURE, Array, Wrench
 from sits_mech.readout import quality as figures
+from sits_mech.readout.budget import budget
 from sits_mech.readout.loads import fixed, several
 from sits_mech.readout.quality import Quality
 from sits_mech.report.folder import cases_folder, read_calibration
@@ -157,6 +166,56 @@ def adapted_as_read(
 def _read_by(prior: Prior, measured: Measured, noises: dict[str, Any], idle: str) -> Adaptation:
     """Return what readings tell with idle coils of one kind."""
     return adapted(prior.read_by(idle), measured, **noises)
+
+
+@dataclass(frozen=True)
+class ForceReading:
+    """Forces of readings, each with the error within which 90 % of the true forces lie."""
+
+    forces: Array  # (..., d), in the order of the table's; NaN where the status is not "ok" [N, N m]
+    error: Array  # (..., d) [N, N m]
+    parts: dict[str, Array]  # of the error by cause, map, table, silicone, noise: their squares add up, (..., d)
+    status: NDArray[np.str_]  # (...), as of `Calibration.inverse`
+
+
+@checked_arguments
+def invert(
+    calibration: Calibrated, readings: ArrayLike, *, codes: bool = False, clock: float | None = None,
+    idle: str | None = None,
+) -> ForceReading:
+    """Return the forces that belong to readings, and how well they are known: as ``sits-mech invert``.
+
+    Parameters
+    ----------
+    calibration : path or (Sensor, Dataset)
+        As computed or adapted.
+    readings : array_like, shape (..., n)
+        Of each coil, at its terminals [H], or codes of the converter.
+    codes : bool
+        Whether they are codes.
+    clock, idle
+        As of `adapt`.
+
+    Raises
+    ------
+    ValueError
+        Where the table holds too few loads, or there are not as many readings as coils.
+
+    Examples
+    --------
+    >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
+    >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
+    >>> found = sm.invert((sensor, data), sm.terminal_calibration(sensor, data).forward(F_x=0.1, F_z=0.4))
+    >>> found.forces.round(3).tolist(), bool((found.error > 0.0).all())
+    ([0.1, 0.4], True)
+    """
+    sensor, data = _opened(calibration)
+    known = code_calibration(sensor, data, clock=clock) if codes else terminal_calibration(sensor, data, idle)
+    found = known.inverse(readings)
+    left = budget(known, found.forces)
+    return ForceReading(
+        found.forces, left.total, {cause: SURE * part for cause, part in left.parts.items()}, found.status
+    )
 
 
 @checked_arguments

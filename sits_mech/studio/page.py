@@ -64,9 +64,17 @@ def _free_port() -> int:
         return int(found.getsockname()[1])
 
 
-def _opened(solver: SolverProcess, models: tuple[str, str, float], required: str) -> None:
-    """Make the page of a tab, of the scene and the keys that its address names."""
+async def _opened(solver: SolverProcess, models: tuple[str, str, float], required: str) -> None:
+    """Make the page of a tab, of the scene and the keys that its address names, once the tab is there to show it.
+
+    A request that no tab follows, as of a script or a page that is fetched ahead, has no session and no drawing.
+    """
     query = dict(ui.context.client.request.query_params)
+    ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
+    try:
+        await ui.context.client.connected(_AWAY)
+    except TimeoutError:
+        return
     asked = {key: value for key, value in query.items() if key not in ("token", "scene")}
     _Page(solver, models, query.get("scene", ""), asked, required)
 
@@ -85,7 +93,6 @@ class _Page:
         self.searched = 0, 0
         self.framed = False
         self.drawing_soon = self.loop.call_later(0.0, lambda: None)
-        ui.add_head_html(f"<style>{(_file('studio.css'))}</style><script>{_file('frame.js')}</script>")
         with ui.row().classes("sits-page"):
             with ui.column().classes("sits-scene"):
                 self._left(source, required)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,7 +23,7 @@ from sits_mech.studio.questions import (
     ends_of,
     grid_of,
 )
-from sits_mech.studio.solver import SolverProcess
+from sits_mech.studio.solver import Advance, SolverProcess
 
 if TYPE_CHECKING:  # these come with the first table: the first picture does not wait for them
     import xarray as xr
@@ -58,35 +58,6 @@ class View:
     judged: Judged | None = None  # where something is required, and known
 
 
-@dataclass(frozen=True)
-class _Far:
-    """How far a table is: when it began [s], loads that are done and all, the last step; why there is none."""
-
-    began: float
-    loads: Sequence[Any] = (0, 0)
-    step: str = ""
-    why: str = ""
-
-    def with_news(self, kind: str, what: Any, now: float) -> _Far:
-        """Return how far it is after "started", "progress", a "step", or when it has "failed"."""
-        match kind:
-            case "progress":
-                return replace(self, loads=what)
-            case "step":
-                return replace(self, step=str(what[0]))
-            case "failed":
-                return replace(self, why=f"not solved: {what}")
-        return _Far(now)
-
-    def words(self, now: float) -> str:
-        """Return what is solved, and the time left by that of the loads before."""
-        if self.why:
-            return self.why
-        done, count, *_ = self.loads
-        left = f", about {(now - self.began) * (count - done) / done:.0f} s left" if 0 < done < count else ""
-        return f"solving{f': {done} of {count} loads' if count else ''}{left}{f'; {self.step}' if self.step else ''}"
-
-
 class Session:
     """The state of a tab; `draw` is called when there is something else to see.
 
@@ -112,7 +83,7 @@ class Session:
         self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
         self._tables: dict[tuple[Any, ...], SolvedScene] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None
-        self._far = _Far(0.0)
+        self._advance = Advance(0.0)
 
     def open(
         self, source: str, keys: dict[str, str] | None = None, ends: dict[str, tuple[float, float]] | None = None
@@ -270,8 +241,12 @@ class Session:
         return self._glances.get(key)
 
     def update(self) -> None:
-        """Draw what is known, and ask for what is not."""
+        """Draw what is known, of another tab or a scene that was left as well, and ask for what is not."""
         self.stopped = False
+        for _ in range(2):  # the range of the load, then its table
+            own = self.question(self.sensor)
+            if own.key in self.solver.kept:
+                self._take(own, self.solver.kept[own.key])
         wishes = [self.question(self.sensor), self.search, self._figures, *(self._behind() if self.loads else [])]
         known = {*self.solver.kept, *self._refused}
         self.draw(self.view())
@@ -324,17 +299,21 @@ class Session:
         if isinstance(question, SearchQuestion):
             self._searched(kind, what)
         elif kind == "done":
-            if isinstance(question, Borne):
-                self.ends = what
-            elif isinstance(question, TableQuestion) and question.sensor not in self.visited:
-                self.visited.append(question.sensor)
+            self._take(question, what)
             (self.stop if self.stopped else self.update)()
         elif isinstance(question, Figures) and kind == "failed":
             self._refused[question.key] = f"not judged: {what}"
             self.draw(self.view())
         elif question.key == self.question(self.sensor).key and not self.stopped:
-            self._far = self._far.with_news(kind, what, time.monotonic())
-            self.draw(self.view(self._far.words(time.monotonic())))
+            self._advance = self._advance.with_news(kind, what, time.monotonic())
+            self.draw(self.view(self._advance.words(time.monotonic())))
+
+    def _take(self, question: StudioQuestion, what: Any) -> None:
+        """Take the range of the load that a pad bears, or a scene whose table is known."""
+        if isinstance(question, Borne):
+            self.ends = what
+        elif isinstance(question, TableQuestion) and question.sensor not in self.visited:
+            self.visited.append(question.sensor)
 
     def _searched(self, kind: str, what: Any) -> None:
         """Take what the search says."""

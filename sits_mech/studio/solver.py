@@ -14,7 +14,7 @@ from _thread import interrupt_main
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -28,6 +28,35 @@ _KEPT = 40  # answers in memory, at most
 _PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
 _SAID = 0.5  # seconds between two lines of what is solved
 _POLL = 0.05  # seconds between two looks at the solving process
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How far a table is: when it began [s], loads that are done and all, the last step; why there is none."""
+
+    began: float
+    loads: Sequence[Any] = (0, 0)
+    step: str = ""
+    why: str = ""
+
+    def with_news(self, kind: str, what: Any, now: float) -> Advance:
+        """Return how far it is after "started", "progress", a "step", or when it has "failed"."""
+        match kind:
+            case "progress":
+                return replace(self, loads=what)
+            case "step":
+                return replace(self, step=str(what[0]))
+            case "failed":
+                return replace(self, why=f"not solved: {what}")
+        return Advance(now)
+
+    def words(self, now: float) -> str:
+        """Return what is solved, and the time left by that of the loads before."""
+        if self.why:
+            return self.why
+        done, count, *_ = self.loads
+        left = f", about {(now - self.began) * (count - done) / done:.0f} s left" if 0 < done < count else ""
+        return f"solving{f': {done} of {count} loads' if count else ''}{left}{f'; {self.step}' if self.step else ''}"
 
 
 @dataclass

@@ -199,9 +199,10 @@ def _seconds(solver: Solver, design: Design) -> tuple[float, float]:
     if not solver.needs_table:
         axes = axes._replace(axes=tuple(axis[-1:] for axis in axes.axes))
     grid = dict(zip(axes.names, axes.axes, strict=True))
-    each, coils = table_seconds(sensor, loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH}), solver.tolerance)
+    loads = loads_of({name: [*grid.get(name, [0.0])] for name in WRENCH})
+    each, *coils = table_seconds(sensor, loads, solver.tolerance)
     finely = solver.tolerance < COARSE
     overload = max(each) * (_ALL_MESHES if finely else 1.0)
     if not solver.needs_table:
         return overload, 0.0
-    return overload + _FACTORS * sum(each) + finely * _COMPARED * max(each), _AGAIN * coils
+    return overload + _FACTORS * sum(each) + finely * _COMPARED * max(each), _AGAIN * sum(coils)

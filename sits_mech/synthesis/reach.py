@@ -9,8 +9,9 @@ solved design is below it everywhere,
 
 of a number that may be zero z is the number itself; of several solved designs the highest bound counts. `_AT_LEAST` is
 for finite strains. Where a force is hardly read, r has a pole and is no such sum: designs that do not read all loads
-evenly tell nothing. 29 pairs of designs of four files came to 0.715 of the tangent at least; three from a design with
-an inverse of 0.6, its target over both coils, to 1e-5. Errors have no such bound: to 0.08 of skins' tangents.
+evenly tell nothing. 85 pairs of designs of five files came to 0.706 of the tangent at least (a square coil; 0.715 of
+the four others); three from a design with an inverse of 0.6, its target over both coils, to 1e-5. Errors have no such
+bound: to 0.08 of skins' tangents.
 
 Source: S. Boyd, S.-J. Kim, L. Vandenberghe, A. Hassibi, Optim. Eng. 8 (2007) 67, convexity of posynomials.
 """
@@ -26,7 +27,7 @@ from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
 
-_AT_LEAST = 0.7  # of r by such tangents, what came: studies/benchmarks/design.py, `above_tangents`
+_AT_LEAST = 0.68  # of r by such tangents, what came: studies/benchmarks/design.py, `above_tangents`
 _EVENLY = 0.7  # of the figure `INVERSE`
 
 

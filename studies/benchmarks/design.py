@@ -1,8 +1,8 @@
 """Is what `sits-mech design` recommends the best, the same from any start, and does it hold what it says it holds?
 
-Eleven requirement files (``requirements/``): fingertip, sole, gripper, a target's width and a long strip in space; a
+Twelve requirement files (``requirements/``): fingertip, sole, gripper, a target's width and a long strip in space; a
 strip that nothing satisfies; a round button on one axis, for the best, for the first that will do and as thin as skin;
-sizes alone; three forces by four coils. For each of them
+sizes alone; three forces by four coils; a square coil that reads just not enough. For each of them
 
     held        the recommendation solved anew at a tenth of the tolerance: which limits does it miss, by how much
     grid        how much more is minimised than by the best design of a grid of up to 500, same chain and tolerance
@@ -68,6 +68,7 @@ CHEAP, DEAR = Effort(500, 200, 200, 5, 1e-3), Effort(48, 60, 40, 5, 3e-3)
 FILES = {
     "button_any": CHEAP, "button": CHEAP, "strip": DEAR, "low_profile": DEAR, "strip_exact": DEAR, "foot_sole": DEAR,
     "three_axes": DEAR, "fingertip": DEAR, "target_width": DEAR, "gripper_pad": DEAR, "skin_patch": CHEAP,
+    "square_coil": DEAR,
 }
 QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 1, 5e-2), ("button_any",), 1
 

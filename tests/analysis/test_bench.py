@@ -15,6 +15,7 @@ from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import read_measured
 from sits_mech.cli.main import run
 from sits_mech.cli.read import _loop
+from sits_mech.export.calibrations import invert
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Impedance, SolveReport, Wrench
 from sits_mech.readout.calibration import calibration
@@ -269,7 +270,8 @@ def test_invert_command(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixt
 def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Outside the table, too few coils, inductances of another scale, no calibration."""
     for words, message in [
-        (["--l1", "50 %", "--l2", "50 %"], "must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got"),
+        (["--l1", "50 %", "--l2", "50 %"],
+         'error: --l1 "50 %" --l2 "50 %": must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got'),
         (["--l1", "85 %"], "--l1 --l2: must be given, one for each coil (C1, C2); got 1"),
         (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.489e-06 H; the"),
         (["--l1", "5 mm", "--l2", "85 %"], "--l1: must be an inductance"),
@@ -282,7 +284,7 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
 
 
 def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Coils by name in any order, codes of any clock: the same forces; both errors and the noise are said."""
+    """Coils by name in any order, codes of any clock: the same forces, errors and noise, from Python as well."""
     L0, uneven = bench.self_inductances(sensor), by_tracks(sensor)
     ratio = (L0 * relative(np.array(0.4), np.array(1.5)) + uneven) / (L0 + uneven)
     codes = bench.sensor_calibration(sensor, table(sensor)).codes(F_x=0.4, F_z=1.5)
@@ -297,6 +299,12 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
         assert record["forces"]["F_z"] == pytest.approx(1.5, abs=1e-3)
         assert 0.0 < record["error_by_noise"]["F_z"] < 5e-4 < record["error_by_model"]["F_z"] < 0.1
         assert ("codes" in record) == (record["unit_L"] == "code") == ("--code" in words)
+        read = [*record["codes" if "codes" in record else "L"].values()]
+        found = invert(folder, read, codes="codes" in record, clock=32e6 if "--clock" in words else None)
+        assert [found.forces.tolist(), found.error.tolist()] == [
+            [*record[name].values()] for name in ("forces", "force_error")]
+        assert {cause: [*each.values()] for cause, each in record["budget"].items()} == {
+            cause: part.tolist() for cause, part in found.parts.items()}
         assert run(["invert", str(folder), *words, "--budget"]) == 0
         assert "N (90 %)" in (said := capsys.readouterr().out) and "by noise of the reading" in said
 

@@ -65,6 +65,29 @@ def test_a_table_then_its_slopes_then_previews(session: tuple[Session, Waiting, 
     assert views[-1].kind == "solved"
 
 
+def test_what_another_tab_was_answered_is_taken(
+    session: tuple[Session, Waiting, list[View]], base: SolvedScene
+) -> None:
+    """A page that is loaded again, a scene that is come back to: its range of loads and its table are there at once."""
+    tab, solver, views = session
+    tab.open("biorob2018-w15")
+    borne = solver.asked[0][0]
+    assert borne.loads == () and views[-1].state == "waits for its first table"
+    solver.answers(borne, ends := {"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)})
+    table, slopes = (question for question, _ in solver.asked)
+    solver.answers(table, base.data)
+    solver.answers(slopes, base.slopes)
+    tab.open("biorob2018")
+    assert views[-1].kind == "drawing"
+    seen = list[View]()
+    other = Session(solver, "other", seen.append, tab.models, lambda call, *what: call(*what))  # type: ignore[arg-type]
+    for each, shown in ((tab, views), (other, seen)):
+        each.open("biorob2018-w15")
+        assert each.ends == ends and shown[-1].kind == "solved" and shown[-1].data is base.data
+        each.change("elastomer.thickness", "0.0021")
+        assert shown[-1].kind == "preview"
+
+
 def test_how_far_a_table_is(
     session: tuple[Session, Waiting, list[View]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

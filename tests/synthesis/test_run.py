@@ -1,5 +1,6 @@
 """From requirements to an answer on a sensor in closed form: round, feasible, priced; the same from any seed."""
 
+import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.synthesis.answer import DesignAnswer, Share, guards
+from sits_mech.synthesis.answer import DesignAnswer, Share, causes, guards
 from sits_mech.synthesis.answered import Answered, Task, over
 from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.kinds import STRAIN
@@ -114,6 +115,22 @@ def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     every = (found, *(design(asked(), seed=seed) for seed in (1, 2)))
     aims = [one.task.aim(one.task.figures(one.best.table, one.best.plain)) for one in every]
     assert np.ptp(aims) < 0.03 * min(aims)
+
+
+@pytest.mark.parametrize("beyond", [1.02, 1.4, 30.0])
+def test_a_repeatability_that_would_do_is_one_that_does(beyond: float) -> None:
+    """Whatever rounds it: with it the resolution is within its limit, just, and it is another than was given."""
+    wanted = asked(tolerance={"repeatability": "0.02 %"}, require={"resolution": {"F_z": "1 mN"}})
+    solver = Solver(wanted, COARSE)
+    one = replace(spring(solver, Design((0,), (0.5, 0.5))), converter=np.full(2, 2e-14))
+    (own, rest) = solver.task.judge.resolution_parts(one.table, one.converter)["resolution.F_z"]
+    limit = float(np.hypot(own, rest)) / beyond
+    task = replace(solver.task, limits={"resolution.F_z": limit})
+    (words,) = causes(wanted, task, one)
+    found = re.search(r"tolerance.repeatability must be at most (\S+) %$", words)
+    assert found is not None, words
+    most = 1e-2 * float(found[1])
+    assert most < 2e-4 and 0.85 * limit < np.hypot(own, rest * most / 2e-4) <= limit
 
 
 def test_what_binds_has_a_price_and_others_a_reason(found: DesignAnswer) -> None:

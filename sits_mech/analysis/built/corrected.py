@@ -7,9 +7,10 @@ covariance Sigma = B B^T, a root whose columns fall in what they do to the induc
     m_j = 2 dp'/dtheta b_j,    n_j = 2 (dL/dtheta - dL/dp' dp'/dtheta) b_j,
 
 are the parts of the errors of poses and inductances that the whole table shares, in place of those of before, the
-magnetic model's as well: two deviations each. Of a pose's other errors `OWN` is left. Their sizes are added up, as all
-parts of errors are: where several are alike the error is the larger. What a scene has no key for (where the target sits
-on its layer, and how it is turned; a gap below that of the scene's film) is in the table alone.
+magnetic model's as well, by whose factors the inductances are moved: two deviations each. Of a pose's other errors
+`OWN` is left. Their sizes are added up, as all parts of errors are: where several are alike the error is the larger.
+What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
+film) is in the table alone.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from sits_mech.analysis.built.unknowns import PARAMETERS
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.propagation import Direct
 from sits_mech.mechanics.loads import Settled
 from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
@@ -53,7 +55,8 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     good = np.array([str(row["status"].item()) in ANSWERED for row in rows])
     forces = np.array([[float(row[name]) for name in prior.forces] for row in rows])[good]
     at = prior.used(found.values)
-    (places, moved, by_pose, direct), _ = prior.bench(s * forces).parts(at)
+    bench = prior.bench(s * forces)
+    (places, moved, by_pose, direct), _ = bench.parts(at)
     used = np.flatnonzero(prior.in_use)
     basis = _basis((by_pose + direct)[..., used], found.covariance[np.ix_(used, used)])
     moved = np.einsum("vmk,vj->jmk", moved[used], basis)
@@ -74,7 +77,8 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     field, _ = loaded_model(sensor, request["magnetics"], asked, list(settled))
     axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
     held = {name: s * value for name, value in fixed(data).items()}
-    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), direct=direct)
+    known = Direct(direct, bench.by_factors(at) / scale)
+    table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), direct=known)
     return sensor, table.assign_attrs(notes=_notes(found))
 
 

@@ -73,15 +73,23 @@ class LoadedBench:
 
     def model(self, P: Array) -> Array:
         """Return what the rows show for unknowns (k, p), shape (k, m, n) [H], with `depth` the way down last [m]."""
-        p, q, _ = self.count
         loads = self._loads(P)
         L, poses = self.table.at(loads)
         changed = self._rests(P, loads)
-        own = P[:, :p]
+        own = P[:, : self.count[0]]
         found = self.setup.readings(poses, own, L, changed if np.any(changed != poses) else None)
-        if q:
-            found = found + np.einsum("kq,kmqn->kmn", P[:, p : p + q], self.table.parts_at(loads)[1])
+        found = found + self._moved(P, loads)
         return np.concatenate([found, self._depth(P, changed)[..., None]], axis=-1) if self.depth else found
+
+    def by_factors(self, p: Array) -> Array:
+        """Return what the factors of unknowns (p,) move the inductances by, beside the poses, shape (m, n) [H]."""
+        return np.asarray(self._moved(p[None], self._loads(p[None]))[0])
+
+    def _moved(self, P: Array, loads: Array) -> Array:
+        """Return sum n_j t_j of the module docstring at loads (k, m, d), shape (k, m, n) [H]."""
+        p, q, _ = self.count
+        parts = self.table.parts_at(loads)[1][..., :q, :]  # none where factors are not unknown
+        return np.asarray(np.einsum("kq,kmqn->kmn", P[:, p : p + q], parts))
 
     def derivatives(self, p: Array) -> tuple[Array, Array]:
         """Return derivatives of the outputs by parameters and factors, (m, n, p), and by each row's load, (m, n, d)."""

@@ -76,7 +76,8 @@ def plan_words(plan: Forecast) -> str:
     if count:
         return f"tried {count} cases in {seconds:.2g} s: all some {plan.seconds():.2g} s"
     parts = (f"{name}: {each:g}" for name, each in zip(_STEPS[1:-1], plan.counts()[1:-1], strict=True))
-    return f"{plan.cases} cases to solve, {plan.kept} kept; {', '.join(parts)}"
+    recorded = f"; some {plan.seconds():.2g} s as its models take on other scenes" if plan.seconds() else ""
+    return f"{plan.cases} cases to solve, {plan.kept} kept; {', '.join(parts)}{recorded}"
 
 
 def _heading(data: xr.Dataset, name: str) -> str:

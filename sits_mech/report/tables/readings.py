@@ -25,27 +25,27 @@ _CAUSES = {
 _SIDE, _MOST = 21, 10_000  # loads along each force, and in all
 
 
-def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, float]]) -> str:
-    """Return in one line why a reading has no answer; empty where it has one.
+def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, str]], reading: Array) -> str:
+    """Return in one line why a reading (n,) [unit of the calibration] has no answer; empty where it has one.
 
-    `given` has each coil's option and reading [unit of the calibration].
+    `given` has each coil's option and what was written.
     """
     if status == OK:
         return ""
-    options = " ".join(f"{option} {value:.9g}" for option, value in given)
+    options = " ".join(f'{option} "{text}"' for option, text in given)
     spans = [f"{n} {a:.4g} to {b:.4g}" for n, a, b in zip(cal.forces, cal.low, cal.high, strict=True)]
     if status == "ambiguous":
         why = "; ".join(cal.domain.regions) or "the edge of the table"
         return f"{options}: must belong to one load; ambiguous, more than one produces these readings ({why})"
-    came = "readings of a load outside" if status == OUTSIDE else f"readings that fit no load; {_nearest(cal, given)}"
+    came = "readings of a load outside" if status == OUTSIDE else f"readings that fit no load; {_nearest(cal, reading)}"
     return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
 
 
-def _nearest(cal: Calibration, given: Sequence[tuple[str, float]]) -> str:
-    """Return which load's inductances are nearest to a reading, and how far they are, in words."""
+def _nearest(cal: Calibration, reading: Array) -> str:
+    """Return which load's inductances are nearest to a reading (n,), and how far they are, in words."""
     side = min(_SIDE, int(_MOST ** (1.0 / len(cal.forces))))
     loads = loads_over(cal.low, cal.high, side)
-    off = np.abs(cal.forward(loads) - np.array([value for _, value in given])) / cal.full_scale
+    off = np.abs(cal.forward(loads) - reading) / cal.full_scale
     best = int(np.argmin(np.max(off, axis=1)))
     coil = int(np.argmax(off[best]))
     load = ", ".join(f"{n} = {value:.3g}" for n, value in zip(cal.forces, loads[best].tolist(), strict=True))

@@ -1,14 +1,19 @@
 """Scene and table of the sensor that was found: they read its forces, and say how well."""
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 import pytest
 
 from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
-from sits_mech.analysis.built.prior import Prior
+from sits_mech.analysis.built.prior import HALF, Prior, prior_of
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.notes import NoteKind, unpacked
-from sits_mech.scene.sensor import scene_text
+from sits_mech.quantities import Array
+from sits_mech.scene.sensor import load_sensor, scene_text
 
 from .conftest import OTHERWISE, bench_of, unknowns
 
@@ -31,6 +36,30 @@ def test_the_corrected_table_reads_the_built_sensor(prior: Prior) -> None:
     assert np.all(read.status == "ok")
     assert np.all(np.abs(read.forces - loads) <= read.error_by_model + read.error + 0.02)
     assert np.all(np.abs(read.forces - loads) < [0.02, 0.06])
+
+
+@pytest.mark.slow
+def test_the_corrected_table_is_moved_by_each_factor_as_the_fit_is() -> None:
+    """Of the errors of poses, and of the inductances by the magnetic model: by a deviation each, at every load."""
+    sensor, axes = load_sensor("biorob2018-w15"), {"F_x": [-0.5, 0.0, 0.5], "F_z": [0.0, 1.0, 2.0]}
+    prior = prior_of(sensor, calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02))
+    found = adapt(prior, bench_of(prior))
+    loads = found.values[0] * np.array(list(product(*axes.values())))
+    assert np.abs(prior.table.parts_at(loads[None])[1]).max() > 1e-9  # what a section leaves out
+
+    def shown(values: Array) -> tuple[Array, Array]:
+        """Return what the corrected table has at its terminals, and what the fit shows, (m, n) [H]."""
+        built, table = corrected(replace(found, values=values))
+        own = terminals(built, table)[0]["L"].to_numpy().reshape(-1, 2)
+        return own, prior.bench(loads).model(prior.used(values)[None])[0]
+
+    before = shown(found.values)
+    for k in range(prior.table.shared):
+        values = found.values.copy()
+        values[len(prior.setup.parameters) + k] += HALF
+        by_table, by_fit = (now - own for now, own in zip(shown(values), before, strict=True))
+        assert np.abs(by_fit).max() > 1e-12
+        assert by_table == pytest.approx(by_fit, abs=0.02 * np.abs(by_fit).max())
 
 
 def test_the_scene_holds_what_it_has_keys_for(prior: Prior) -> None:
