@@ -36,7 +36,7 @@ _DOWN = POSE.index("d_v")
 
 
 def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tuple[Omission, ...]:
-    """Return what the bending of the target leaves out of loads; without a size where modulus or pad are not known.
+    """Return what the bending of the target leaves out of loads; without a size where it is no metal or the pad has no mesh.
 
     Up to `least`, the error that the finest meshes of a model have, it is none.
     """
@@ -62,7 +62,8 @@ def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tupl
     parts[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
     parts *= parts.max() > least
     deflection = float(np.abs(found.bend[count + len(tilts) :]).max())
-    numbers = (("deflection", deflection), ("stiffness", stiffness))
+    known = sensor.target.metal.youngs_modulus is not None
+    numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", known))
     return (Omission(
         OmissionKind.BENDING, float(parts.max()), Relative.DISPLACEMENT, numbers=numbers, parts=tuple(parts.tolist())
     ),)

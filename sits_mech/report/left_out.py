@@ -41,11 +41,12 @@ def _far(numbers: Mapping[str, Number]) -> str:
 def _bends(numbers: Mapping[str, Number]) -> str:
     """Say how far a target bends."""
     if "stiffness" not in numbers:
-        return "the metal has no modulus: give target.youngs_modulus"
+        return "what is no metal has no modulus here: give target.youngs_modulus"
     if "deflection" not in numbers:
         return "its pad has no mesh on which it could bend"
     deflection, stiffness = (float(numbers[name]) for name in ("deflection", "stiffness"))
-    return f"it is solved as rigid; of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
+    least = "" if numbers["known"] else "; as soft as lead: give target.youngs_modulus"
+    return f"it is solved as rigid; of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um{least}"
 
 
 _REASONS: Mapping[OmissionKind, _Reason] = {

@@ -50,6 +50,8 @@ _METAL = (
     "conductivity", "relative_permeability", "temperature_coefficient", "permeability_coefficient", "expansion",
     "youngs_modulus", "poissons_ratio",
 )
+_METALLIC = 1e6  # S/m, that only metals conduct; inks and filled rubbers have a tenth at most
+_LEAST_MODULUS = 1.6e10  # Pa, lead's, the least of metals that parts are made of (Kaye and Laby, section 2.2.2)
 _POISSON = 0.33  # where it is not known: of metals from 0.28 to 0.44, so that 1/(1 - nu^2) is within 11 %
 PLATE_SIZES = {
     "rectangle": ("width", "length"), "disc": ("diameter",), "ring": ("diameter", "inner_diameter"),
@@ -208,9 +210,15 @@ class Target(Plate):
         return _POISSON if known is None else known
 
     @property
+    def least_modulus(self) -> float | None:
+        """Young's modulus, or the least of metals where a metal's own is not known [Pa]; None of what is no metal."""
+        known = self.metal.youngs_modulus
+        return _LEAST_MODULUS if known is None and self.metal.conductivity >= _METALLIC else known
+
+    @property
     def bending_stiffness(self) -> float | None:
         """Of it with its backing, D = int E z^2 dz / (1 - nu^2) about the neutral plane [N m]; None where not known."""
-        if (E := self.metal.youngs_modulus) is None:
+        if (E := self.least_modulus) is None:
             return None
         layers = [(E, self.thickness), (self.backing_modulus or 0.0, self.backing_thickness or 0.0)]
         ends = np.cumsum([0.0, *(thick for _, thick in layers)])

@@ -96,15 +96,20 @@ def test_what_is_less_than_the_least_error_of_a_model_is_not_listed() -> None:
     assert item.kind == OmissionKind.BENDING and item.size > MECHANICS["block"].least
 
 
-def test_without_a_modulus_or_a_mesh_it_is_not_bounded() -> None:
-    """Until the scene gives one, by the target's key or with a metal's name."""
+def test_without_a_modulus_a_metal_is_as_soft_as_lead() -> None:
+    """What conducts less is not bounded, nor a pad without a mesh; until the scene gives one, by key or by name."""
     own = ('target.conductivity="2e7 S/m"', "target.relative_permeability=1.0")
     bare = {"shape": "rectangle", "width": 8e-3, "length": 8e-3, "thickness": 2e-4, "conductivity": 2e7}
     sensor = load_sensor("biorob2018")
     unknown = sensor.model_copy(update={"target": type(sensor.target).model_validate(bare)})
     (item,) = bending(unknown, [PRESSED])
+    lead = sensor.model_copy(update={"target": type(sensor.target).model_validate(bare | {"youngs_modulus": "16 GPa"})})
+    assert item.size == bending(lead, [PRESSED])[0].size > bending(sensor, [PRESSED])[0].size
+    assert "as soft as lead: give target.youngs_modulus" in line(item)
+    ink = type(sensor.target).model_validate(bare | {"conductivity": 1e5})
+    (item,) = bending(sensor.model_copy(update={"target": ink}), [PRESSED])
     assert math.isnan(item.size) and item.unbounded
-    assert line(item).startswith("bending of the target: the metal has no modulus: give target.youngs_modulus")
+    assert line(item).startswith("bending of the target: what is no metal has no modulus here: give target.youngs")
     (item,) = bending(load_sensor("biorob2018", [f"elastomer.thickness={1.01 * 0.02 * HAIR}"]), [PRESSED])
     assert math.isnan(item.size) and "its pad has no mesh on which it could bend" in line(item)
     known = type(sensor.target).model_validate(bare | {"youngs_modulus": "130 GPa", "poissons_ratio": 0.343})
