@@ -36,7 +36,7 @@ _DOWN = POSE.index("d_v")
 
 
 def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tuple[Omission, ...]:
-    """Return what the bending of the target leaves out of loads; without a size where it is no metal or the pad has no mesh.
+    """Return what the bending of the target leaves out of loads; without a size of no metal, or of no mesh.
 
     Up to `least`, the error that the finest meshes of a model have, it is none.
     """
