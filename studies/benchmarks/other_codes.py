@@ -153,7 +153,7 @@ def felupe_ways(asked: Question, coarse: bool) -> Iterator[Way]:
 def ngsolve_ways(asked: Question, coarse: bool) -> Iterator[Way]:
     """Yield NGSolve's elements, meshes, load steps and damping; Taylor-Hood's in the plane alone."""
     gradings, sizes = ((2.0,), (1, 2, 3, 4)) if asked.spatial else ((1.0, 1.5), (2, 4))
-    sizes = (1, 2, 3) if asked.case.name in THREE.values() else sizes
+    sizes = (*range(1, 1 + max(asked.case.meshes[2])),) if asked.case.name in THREE.values() else sizes
     gradings, sizes = (gradings[-1:], sizes[:1]) if coarse else (gradings, sizes)
     for order, cells, grading, steps in product((2, 3), sizes, gradings, (1,) if asked.spatial else (1, 2)):
         if order == 3 and cells == max(sizes) and not coarse:
