@@ -130,15 +130,15 @@ def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedL
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
         sizes = np.abs([load.components for load in loads])  # the load whose components are largest, each of its own
         far = symmetry.standard(loads[int(np.argmax((sizes / np.maximum(sizes.max(axis=0), 1e-300)).sum(axis=1)))])[0]
-        side = symmetry.standard(max(loads, key=lambda load: (hypot(load.F_x, load.F_y), -abs(load.F_z))))[0]
         images = [load for load in loads if symmetry.standard(load)[0] == far]
         begun = settle(layer.rough, images, symmetry=symmetry, keep=(keep[0], first_key(keep[1])))
         aim = aimed(begun.values())
         first = begun[far].rest
-    if aim is not None and first is not None:
+    if aim is not None and first is not None and isinstance(layer, RefinedModel):
         likely = loads if touches(first.report) else solved_likely(loads, grid.axes, grid.place)
         solved = len(symmetry.without_images(likely))
         planned = aim.promised(first, len(loads), solved)
+        side = symmetry.standard(max(loads, key=lambda load: (hypot(load.F_x, load.F_y), -abs(load.F_z))))[0]
         alone = [side] if side != far and (side.F_x or side.F_y) else []
         sides = settle(layer.rough, alone, symmetry=symmetry).values()
         errors = [aim.promised(one.rest, len(loads), solved).error for one in sides if one.rest]
