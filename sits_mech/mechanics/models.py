@@ -14,9 +14,9 @@ where finite elements show 1.6 to 2.8 times sink/t under pure compression, and u
 edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded. Away from its edges a layer
 shears uniformly, with the law's secant modulus: what shear changes goes with t/w (flush strips under shear of 0.3 and
 0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128). Of layers the bound is the largest of any silicone i,
-strained by mu/mu_i more than the pad, mu that in series. Or by less than the share of edges and tilt that finite strain
-may change, as `linear` strains a layer without them at any strain (uniform.py): 2.4 t (1/w + 1/L) of the shear, 1 -
-E_c/(K + 4/3 mu) of the sink and all of the edge.
+strained by mu/mu_i more than the pad, mu that in series. Of films it is the share of edges and tilt that finite strain
+may change, if that is less, as `linear` strains a layer without them at any strain (uniform.py): 2.4 t (1/w + 1/L) of
+the shear, 1 - E_c/(K + 4/3 mu) of the sink and all of the edge.
 
 Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
 it leaves (factor - 1) times a displacement out. Beforehand, and of pads that a strip does not stand for at all, the
@@ -49,7 +49,7 @@ from sits_mech.mechanics.closed_form import (
     thin_share,
 )
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.mechanics.uniform import edges_share
+from sits_mech.mechanics.uniform import edges_share, is_film
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
@@ -91,7 +91,7 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
             )
             for layer, own in zip(elastomer.stack, more, strict=True)
         )
-        return compliance if free else min(compliance, _film_bound(*plain, (sink, shear, edge)))
+        return min(compliance, _film_bound(*plain, (sink, shear, edge))) if is_film(*plain) else compliance
 
     return max(of_load(*each) for each in strains)
 

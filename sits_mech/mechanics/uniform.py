@@ -17,9 +17,9 @@ thicknesses wide, of neo-Hooke and of Yeoh's law of two silicones, sheared to 1,
 
     |e - e_0| <= 0.81 max|e_0|  of flush layers,    0.44 max|e_0|  of targets half as wide as their pads.
 
-Range: boxes and cylinders under rectangles and discs of which one lies within the other, without swelling; stresses
-under which the law is stable. Neglected: edges, tilt. Source: R. S. Rivlin, Phil. Trans. R. Soc. A 241 (1948) 379, for
-simple shear and its normal stress.
+Range: boxes and cylinders under rectangles and discs of which one lies within the other, at least 30 thicknesses wide,
+without swelling; stresses under which the law is stable. Neglected: edges, tilt. Source: R. S. Rivlin, Phil. Trans. R.
+Soc. A 241 (1948) 379, for simple shear and its normal stress.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from sits_mech.silicone.energy import isochoric_energy
 from sits_mech.silicone.kinematics import in_plane
 from sits_mech.silicone.material import Silicone
 
+_WIDE = 30.0  # thicknesses of the smaller side, from which on a layer is a film
 _FLUSH, _WITHIN = 1.0, 0.6  # of what edges do: how far finite strain may change it, of targets flush and within a pad
 _SETTLED, _MOST = 1e-10, 50  # stress left over the shear modulus; steps
 _LEAST = 1e-3  # of a step, below which none brings the stress down: the silicone carries no more
@@ -57,7 +58,7 @@ def uniform_layer(sensor: Sensor, load: Wrench, *, flat: bool = False) -> Unifor
     `flat`: the load is spread over the pad's length, not the target's.
     """
     plain = plain_pad(sensor)
-    if plain is None or any(layer.free_stretch != 1.0 for layer in plain[1].stack):
+    if plain is None or not is_film(*plain):
         return None
     target, elastomer = plain
     area = min(target.extent[0], elastomer.extent[0]) * elastomer.extent[1] if flat else bonded_area(target, elastomer)
@@ -77,6 +78,12 @@ def uniform_layer(sensor: Sensor, load: Wrench, *, flat: bool = False) -> Unifor
         stretches.append(float(np.max([within, 1.0 / within])))
         J.append(float(height))
     return Uniform(moved, linear, tuple(stretches), min(J), edges_share(target, elastomer))
+
+
+def is_film(target: Target, elastomer: Elastomer) -> bool:
+    """Whether a pad is so wide that what its edges do is a small share, and fills its place without load."""
+    wide = min(map(min, target.extent, elastomer.extent)) >= _WIDE * elastomer.thickness
+    return wide and all(layer.free_stretch == 1.0 for layer in elastomer.stack)
 
 
 def bonded_area(target: Target, elastomer: Elastomer) -> float | None:

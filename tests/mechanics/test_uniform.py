@@ -47,9 +47,18 @@ def test_a_law_that_softens_holds_no_more_than_its_largest_stress() -> None:
     assert uniform_strain(law, np.array([1.01 * most, 0.0])) is None
 
 
+def test_thick_pads_are_no_films() -> None:
+    """From 30 thicknesses on, unless the silicone is swollen."""
+    for keys, film in (([], False), (["elastomer.thickness=2.6e-4"], True), (["elastomer.thickness=2.7e-4"], False),
+                       (["elastomer.thickness=1e-4", "elastomer.free_stretch=1.01"], False)):
+        found = uniform_layer(load_sensor("biorob2018", [*keys, "elastomer.standoff=0"]), Wrench(0.1, 1.0))
+        assert (found is not None) == film
+
+
 def test_layers_add_up() -> None:
     """Halves of one silicone move as one; a layer of twice the modulus by half as much in shear."""
-    one = load_sensor("biorob2018", [f'elastomer.material={{law="neo-hookean", shear_modulus={MU}, bulk_modulus={K}}}'])
+    law = f'elastomer.material={{law="neo-hookean", shear_modulus={MU}, bulk_modulus={K}}}'
+    one = load_sensor("biorob2018", [law, "elastomer.thickness=1e-4", "elastomer.standoff=0"])
     assert one.elastomer is not None
     load, half = Wrench(0.5, 1.0), 0.5 * one.elastomer.thickness
 
