@@ -5,9 +5,10 @@ the magnetic error is more than half of the tolerance it is reduced in proportio
 half at least. What further meshes take and leave is predicted from the estimated error of the first (prices.py). A
 tolerance that is farther away than such a prediction may be off is refused before it is solved for.
 
-Of a table the largest load and its images are looked at, where it is not carried the other loads; and for the error the
-largest shear with the least press, as edges that nothing presses flat leave more of it. When all loads that need it are
-solved on the first meshes, finer ones follow until the worst of them is good enough (interpolate.py).
+Of a table the largest load and its images are looked at, where it is not carried the other loads. Where faces touch
+under it the largest shear with the least press is, too, for the error: edges that nothing presses flat leave more of
+it. When all loads that need it are solved on the first meshes, finer ones follow until the worst of them is good enough
+(interpolate.py).
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedL
         solved = len(symmetry.without_images(likely))
         planned = aim.promised(first, len(loads), solved)
         side = symmetry.standard(max(loads, key=lambda load: (hypot(load.F_x, load.F_y), -abs(load.F_z))))[0]
-        alone = [side] if side != far and (side.F_x or side.F_y) else []
+        alone = [side] if touches(first.report) and side != far and (side.F_x or side.F_y) else []
         sides = settle(layer.rough, alone, symmetry=symmetry).values()
         errors = [aim.promised(one.rest, len(loads), solved).error for one in sides if one.rest]
         planned = planned._replace(error=max([planned.error, *errors]))

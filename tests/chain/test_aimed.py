@@ -83,13 +83,13 @@ def test_all_loads_of_a_table_are_planned_where_faces_touch(
 
 
 def test_a_plan_has_the_error_of_the_largest_shear_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Which leaves more than the largest load; by rests that stand in. No load is looked at twice."""
-    asked = list[Wrench]()
+    """Which leaves more than the largest load where faces touch under that; by rests that stand in, each asked once."""
+    asked, touching = list[Wrench](), (Note.of(NoteKind.FACE_TOUCHES, surface="sides"),)
 
     def settled(layer: object, loads: list[Wrench], **more: object) -> dict[Wrench, Settled]:
         """Return rests whose error is 1 %, without a press 4 %."""
         asked.extend(loads)
-        report = SolveReport("block", 4000, 10, 0.0, 1e-2, 0.2)
+        report = SolveReport("block", 4000, 10, 0.0, 1e-2, 0.2, notes=touching)
         each = {load: replace(report, estimated_error=1e-2 if load.F_z else 4e-2) for load in loads}
         off = Pose(5e-6, 1e-6)
         return {load: Settled(Equilibrium(load, POSE, off, np.zeros(0), own)) for load, own in each.items()}
@@ -102,8 +102,11 @@ def test_a_plan_has_the_error_of_the_largest_shear_alone(monkeypatch: pytest.Mon
     monkeypatch.setattr(Aim, "promised", lambda aim, rest, *counts: Look(rest.report.estimated_error, 1.0 / len(asked)))
     monkeypatch.setattr(Aim, "refuse_beyond", refused)
     layer = planar_layer(SENSOR, 1e-2)
-    for F_x, words, count in (([-1.0, 0.0, 1.0], "0.04 in", 3), ([0.0], "0.01 in", 1)):
+    for F_x, notes, words, count in (
+        ([-1.0, 0.0, 1.0], touching, "0.04 in", 3), ([-1.0, 0.0, 1.0], (), "0.01 in", 2), ([0.0], touching, "0.01 in", 1)
+    ):
         asked.clear()
+        touching = notes
         with pytest.raises(SceneError, match=words):
             grid = LayerGrid(SENSOR, layer, {"F_x": F_x, "F_z": [0.0, 2.0, 4.0]}, BY, 1e-2)
             aimed_loads(grid, "planar", best=False)
