@@ -102,8 +102,9 @@ def test_a_plan_has_the_error_of_the_largest_shear_alone(monkeypatch: pytest.Mon
     monkeypatch.setattr(Aim, "promised", lambda aim, rest, *counts: Look(rest.report.estimated_error, 1.0 / len(asked)))
     monkeypatch.setattr(Aim, "refuse_beyond", refused)
     layer = planar_layer(SENSOR, 1e-2)
+    ways = [-1.0, 0.0, 1.0]
     for F_x, notes, words, count in (
-        ([-1.0, 0.0, 1.0], touching, "0.04 in", 3), ([-1.0, 0.0, 1.0], (), "0.01 in", 2), ([0.0], touching, "0.01 in", 1)
+        (ways, touching, "0.04 in", 3), (ways, (), "0.01 in", 2), ([0.0], touching, "0.01 in", 1)
     ):
         asked.clear()
         touching = notes
