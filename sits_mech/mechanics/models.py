@@ -41,15 +41,16 @@ from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.mechanics.closed_form import (
     HAIR,
     coaxial_refusal,
+    edges_share,
     finite_strain_model,
     flush_refusal,
+    is_film,
     pad_moduli,
     plain_pad,
     small_strain_bound,
     thin_share,
 )
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.mechanics.uniform import edges_share, is_film
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of

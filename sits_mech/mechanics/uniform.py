@@ -10,7 +10,7 @@ under one stress,
     d_h = sum_i t_i g_i,        sink = sum_i t_i (1 - l_i),
 
 at small strain ``g = F_x/(A mu)``, ``1 - l = F_z/(A (K + 4/3 mu))``. Shear lifts the plate as well, by mu g**2/3 over
-K + 4/3 mu. Newton's method, halved where the forces left would grow.
+K + 4/3 mu. Both are found from small strain by Powell's method.
 
 Edges, by small strain e_0 = q - (d_h, -sink), do at finite strain up to a share less or more. In 80 sections, 40 to 400
 thicknesses wide, of neo-Hooke and of Yeoh's law of two silicones, sheared to 1, pressed by 80 mu and pulled by 5 mu,
@@ -28,18 +28,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import root
 
-from sits_mech.mechanics.closed_form import plain_pad
+from sits_mech.mechanics.closed_form import edges_share, is_film, plain_pad
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 from sits_mech.silicone.energy import isochoric_energy
 from sits_mech.silicone.kinematics import in_plane
 from sits_mech.silicone.material import Silicone
-
-_WIDE = 30.0  # thicknesses of the smaller side, from which on a layer is a film
-_FLUSH, _WITHIN = 1.0, 0.6  # of what edges do: how far finite strain may change it, of targets flush and within a pad
-_SETTLED, _MOST = 1e-10, 50  # stress left over the shear modulus; steps
-_LEAST = 1e-3  # of a step, below which none brings the stress down: the silicone carries no more
+from sits_mech.units import SLACK
 
 
 class Uniform(NamedTuple):
@@ -80,12 +77,6 @@ def uniform_layer(sensor: Sensor, load: Wrench, *, flat: bool = False) -> Unifor
     return Uniform(moved, linear, tuple(stretches), min(J), edges_share(target, elastomer))
 
 
-def is_film(target: Target, elastomer: Elastomer) -> bool:
-    """Whether a pad is so wide that what its edges do is a small share, and fills its place without load."""
-    wide = min(map(min, target.extent, elastomer.extent)) >= _WIDE * elastomer.thickness
-    return wide and all(layer.free_stretch == 1.0 for layer in elastomer.stack)
-
-
 def bonded_area(target: Target, elastomer: Elastomer) -> float | None:
     """Return the area bonded to target and ground [m^2]; None where neither outline lies within the other."""
     own, other = target.extent, elastomer.extent
@@ -99,39 +90,18 @@ def bonded_area(target: Target, elastomer: Elastomer) -> float | None:
     return rectangle[0] * rectangle[1] if math.hypot(*rectangle) <= diameter else None
 
 
-def edges_share(target: Target, elastomer: Elastomer) -> float:
-    """Return the share of what edges do at small strain by which finite strain may change it."""
-    sides = zip(target.extent, elastomer.extent, strict=True)
-    return _WITHIN if all(pad - own >= 2.0 * elastomer.thickness for own, pad in sides) else _FLUSH
-
-
 def uniform_strain(silicone: Silicone, stress: Array) -> Array | None:
     """Return g and l - 1 under the stresses P_xz and P_zz, shape (2,) [Pa]; None where the silicone holds less."""
     mu, K = silicone.shear_modulus, silicone.bulk_modulus / silicone.shear_modulus
     energy, own = isochoric_energy(silicone), [1, 3]
 
-    def left(strain: Array) -> tuple[Array, Array]:
-        """Return the stress that is missing [mu] and the tangent."""
-        point = in_plane(np.array([[1.0, strain[0], 0.0, 1.0 + strain[1]]]))
-        with np.errstate(all="ignore"):
-            _, P, A = energy(point)
-        P, A = P[0, own], A[0][np.ix_(own, own)]
-        return stress / mu - P - (0.0, K * strain[1]), A + np.diag([0.0, K])
+    def forces(strain: Array) -> tuple[Array, Array]:
+        """Return the stress beyond what is given [mu] and the tangent."""
+        _, P, A = energy(in_plane(np.array([[1.0, strain[0], 0.0, 1.0 + strain[1]]])))
+        return P[0, own] + (0.0, K * strain[1]) - stress / mu, A[0][np.ix_(own, own)] + np.diag([0.0, K])
 
-    strain = np.zeros(2)
-    missing, tangent = left(strain)
-    for _ in range(_MOST):
-        if np.linalg.norm(missing) <= _SETTLED:
-            return strain if np.linalg.eigvalsh(tangent)[0] > 0.0 else None
-        step, share = np.linalg.solve(tangent, missing), 1.0
-        while share > _LEAST:
-            there = strain + share * step
-            if there[1] > -1.0:
-                after = left(there)
-                if np.linalg.norm(after[0]) < np.linalg.norm(missing):
-                    break
-            share *= 0.5
-        else:
-            return None
-        strain, (missing, tangent) = there, after
-    return None
+    with np.errstate(all="ignore"):
+        found = root(forces, stress / mu / (1.0, K + 4.0 / 3.0), jac=True)
+        left, tangent = forces(found.x)
+    stands = np.linalg.norm(left) <= SLACK and np.linalg.eigvalsh(tangent)[0] > 0.0
+    return np.asarray(found.x) if stands else None

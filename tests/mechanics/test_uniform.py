@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.closed_form import edges_share
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import SmallStrain, linear_layer
 from sits_mech.mechanics.models import strain_bound
-from sits_mech.mechanics.uniform import bonded_area, edges_share, uniform_layer, uniform_strain
+from sits_mech.mechanics.uniform import bonded_area, uniform_layer, uniform_strain
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import load_sensor
