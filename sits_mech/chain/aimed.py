@@ -5,17 +5,14 @@ the magnetic error is more than half of the tolerance it is reduced in proportio
 half at least. What further meshes take and leave is predicted from the estimated error of the first (prices.py). A
 tolerance that is farther away than such a prediction may be off is refused before it is solved for.
 
-Of a table the largest load and its images are looked at, where it is not carried the other loads. Where faces touch
-under it the largest shear with the least press is, too, for the error: edges that nothing presses flat leave more of
-it. When all loads that need it are solved on the first meshes, finer ones follow until the worst of them is good enough
-(interpolate.py).
+Of a table the largest load and its images are looked at; where it is not carried the other loads are. When all loads
+that need it are solved on the first meshes, finer ones follow until the worst of them is good enough (interpolate.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -135,15 +132,10 @@ def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedL
         begun = settle(layer.rough, images, symmetry=symmetry, keep=(keep[0], first_key(keep[1])))
         aim = aimed(begun.values())
         first = begun[far].rest
-    if aim is not None and first is not None and isinstance(layer, RefinedModel):
+    if aim is not None and first is not None:
         likely = loads if touches(first.report) else solved_likely(loads, grid.axes, grid.place)
         solved = len(symmetry.without_images(likely))
         planned = aim.promised(first, len(loads), solved)
-        side = symmetry.standard(max(loads, key=lambda load: (hypot(load.F_x, load.F_y), -abs(load.F_z))))[0]
-        alone = [side] if touches(first.report) and side != far and (side.F_x or side.F_y) else []
-        sides = settle(layer.rough, alone, symmetry=symmetry).values()
-        errors = [aim.promised(one.rest, len(loads), solved).error for one in sides if one.rest]
-        planned = planned._replace(error=max([planned.error, *errors]))
         if not best:
             aim.refuse_beyond(planned, wrench_words(vars(far)))
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,6 @@ from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.prices import Look, expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
-from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled
@@ -80,46 +77,6 @@ def test_all_loads_of_a_table_are_planned_where_faces_touch(
     with pytest.raises(SceneError, match="enough"):
         aimed_loads(LayerGrid(sensor, planar_layer(sensor, 1e-2), grid, symmetry_of(sensor), 1e-2), "planar")
     assert counts == [solved]
-
-
-def test_a_plan_has_the_error_of_the_largest_shear_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Which leaves more than the largest load where faces touch under that; by rests that stand in, each asked once."""
-    asked, touching = list[Wrench](), (Note.of(NoteKind.FACE_TOUCHES, surface="sides"),)
-
-    def settled(layer: object, loads: list[Wrench], **more: object) -> dict[Wrench, Settled]:
-        """Return rests whose error is 1 %, without a press 4 %."""
-        asked.extend(loads)
-        report = SolveReport("block", 4000, 10, 0.0, 1e-2, 0.2, notes=touching)
-        each = {load: replace(report, estimated_error=1e-2 if load.F_z else 4e-2) for load in loads}
-        off = Pose(5e-6, 1e-6)
-        return {load: Settled(Equilibrium(load, POSE, off, np.zeros(0), own)) for load, own in each.items()}
-
-    def refused(aim: Aim, planned: Look, where: str) -> None:
-        """Stop with what is planned."""
-        raise SceneError(f"{planned.error:g} in {planned.seconds:g} s")
-
-    monkeypatch.setattr(aimed, "settle", settled)
-    monkeypatch.setattr(Aim, "promised", lambda aim, rest, *counts: Look(rest.report.estimated_error, 1.0 / len(asked)))
-    monkeypatch.setattr(Aim, "refuse_beyond", refused)
-    layer = planar_layer(SENSOR, 1e-2)
-    ways = [-1.0, 0.0, 1.0]
-    for F_x, notes, words, count in (
-        (ways, touching, "0.04 in", 3), (ways, (), "0.01 in", 2), ([0.0], touching, "0.01 in", 1)
-    ):
-        asked.clear()
-        touching = notes
-        with pytest.raises(SceneError, match=words):
-            grid = LayerGrid(SENSOR, layer, {"F_x": F_x, "F_z": [0.0, 2.0, 4.0]}, BY, 1e-2)
-            aimed_loads(grid, "planar", best=False)
-        assert len(set(asked)) == len(asked) == count
-
-
-@pytest.mark.slow
-def test_what_is_planned_of_folding_edges_is_reached() -> None:
-    """1 N, 4 N on `biorob2018`: 2.8 % is reached, 0.75 % was planned by the largest load alone."""
-    sensor, grid = load_sensor("biorob2018"), {"F_x": [-1.0, 0.0, 1.0], "F_z": [0.0, 4.0]}
-    found = aimed_loads(LayerGrid(sensor, block_pad(sensor, 1e-2), grid, symmetry_of(sensor), 1e-2), "sheets")
-    assert found.planned is not None and 0.5 < found.reached / found.planned.error < 2.0
 
 
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:
