@@ -94,6 +94,8 @@ HAIR = 1e3
 """Times as high as thin: what stands beyond is a hair, whose faces' triangles all overlap."""
 _MISSED = (1e-3, 3.2e-2, 6e-2)  # relative error of k_x, k_z, k_a
 _LEAST = 1.0  # shape factor w/(2 t)
+_FILM = 30.0  # thicknesses of the smaller side, from which on a layer is a film
+_SHARES = (1.0, 0.6)  # of what a film's edges do: how far finite strain may change it, flush and within a pad
 _FLUSH = 1e-6  # difference of the widths, relative
 
 
@@ -193,6 +195,18 @@ def plain_pad(sensor: Sensor) -> tuple[Target, Elastomer] | None:
     if target is None or elastomer is None or target.loops or sensor.cover is not None:
         return None
     return None if elastomer.mesh is not None or elastomer.kind == "pillars" else (target, elastomer)
+
+
+def is_film(target: Target, elastomer: Elastomer) -> bool:
+    """Whether a pad is so wide that what its edges do is a small share, and fills its place without load."""
+    wide = min(map(min, target.extent, elastomer.extent)) >= _FILM * elastomer.thickness
+    return wide and all(layer.free_stretch == 1.0 for layer in elastomer.stack)
+
+
+def edges_share(target: Target, elastomer: Elastomer) -> float:
+    """Return the share of what edges do at small strain by which finite strain may change it."""
+    sides = zip(target.extent, elastomer.extent, strict=True)
+    return _SHARES[all(pad - own >= 2.0 * elastomer.thickness for own, pad in sides)]
 
 
 @dataclass(frozen=True)

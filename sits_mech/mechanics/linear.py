@@ -6,7 +6,17 @@ extrapolated from the meshes of a family (levels/family.py); the change of geome
 step of Newton's method from rest, on the coarsest mesh, estimates it: part of the error. A pad that is its own mirror
 image in y = 0 is meshed by half.
 
-Range: loads in the plane y = 0 that move the target by a few percent of the thickness; no contact.
+Films. Wide layers strain uniformly but for their edges and tilt (uniform.py), at any strain by ``u = (d_h, d_z, 0)``,
+by ``u_0`` at small strain. There
+
+    q = C f + u - u_0,        error = s |C f - u_0|,
+
+s the share by which finite strain may change what edges and tilt do. Of both errors of finite strain the smaller one
+counts, with the pose that it belongs to. The stretch of a film is that without edges, which the pose hangs on; theirs,
+less one, is up to 1.9 times as much.
+
+Range: loads in the plane y = 0 that move the target by a few percent of the thickness, of films by thicknesses; no
+contact.
 
 Finite length. Plane strain is compared with a pad by the ratio of their stiffnesses at small strain,
 
@@ -23,8 +33,9 @@ grow with the load; meshes of the user's own. A cover does not scale with its pa
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import lru_cache, partial
 from typing import Any
@@ -38,13 +49,14 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.newton import correction
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance as undeformed
-from sits_mech.mechanics.levels.answer import errors_of, relative
+from sits_mech.mechanics.levels.answer import errors_of, law_notes, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, equilibrium_slopes
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
+from sits_mech.mechanics.uniform import uniform_layer
 from sits_mech.quantities import (
     Array,
     Equilibrium,
@@ -65,6 +77,7 @@ from sits_mech.units import checked_tolerance
 _LONG = (20.0, 3.0)  # thicknesses, widths of the target
 _THIN = 30.0  # thicknesses of a target's smaller side from which on thicker pads stand for a thin one,
 _THICKER = (24.0, 16.0)  # those with so many
+_STEP = 1e-4  # of a load, for differences
 
 
 @dataclass(frozen=True)
@@ -85,8 +98,8 @@ class SmallStrain:
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the pose under `wrench` by linear elasticity; `start` is not used.
 
-        The error is that of the mesh and the first Newton correction towards finite strain. Raise SolveFailed where it
-        is as large as the displacement: linear elasticity does not hold.
+        The error is that of the mesh, and of finite strain the first Newton correction or what a film's edges and tilt
+        do. Raise SolveFailed where it is as large as the displacement: linear elasticity does not hold.
         """
         began = time.process_time()
         refuse_infinite(wrench)
@@ -98,12 +111,20 @@ class SmallStrain:
         own = zip(self.compliances, self.unloaded, strict=True)
         limit = self.levels.limit([(C @ force + q) * lengths * lever for C, q in own])
         away, min_J = correction(body, load)
-        error = errors_of(limit.error / lever + np.abs(away) * lengths, self.levels.share, lever)
-        q = limit.value / lever / lengths
+        q, missed, stretch = limit.value / lever / lengths, np.abs(away) * lengths, None
+        notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
+        film = uniform_layer(self.sensor, wrench, flat=self._flat)
+        left = missed if film is None else film.share * np.abs(q * lengths - film.linear)
+        if film is not None and np.max(left * lever) < np.max(missed * lever):
+            q, missed, min_J = q + (film.moved - film.linear) / lengths, left, film.min_J
+            stretch, notes = max(film.each), (*notes, *law_notes(self.sensor, film.each))
+        error = errors_of(limit.error / lever + missed, self.levels.share, lever)
         unknowns = len(self.levels.maker(len(self.compliances) - 1).free) + 3
         off = relative(error, q * lengths, lever)
-        notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
-        report = SolveReport("linear", unknowns, 1, 0.0, off, time.process_time() - began, notes=notes, min_J=min_J)
+        report = SolveReport(
+            "linear", unknowns, 1, 0.0, off, time.process_time() - began, notes=notes, min_J=min_J, stretch=stretch,
+            error_stretch=None if stretch is None else stretch - 1.0,
+        )
         if not report.estimated_error < 1.0:
             report = replace(report, status="strains too large")
             raise SolveFailed(f"wrench: strains are too large for one compliance, got {wrench}", report)
@@ -116,10 +137,39 @@ class SmallStrain:
 
         `sideways` adds those by F_y, M_x and M_z of half a pad.
         """
-        flat = len(self.levels.coarse.mesh.axes) == 2
-        scales = layer_scales if flat else partial(pad_scales, share=self.scales.share)
+        scales = layer_scales if self._flat else partial(pad_scales, share=self.scales.share)
         family = Family(self.levels, scales, self.sensor, small=len(self.compliances), sideways=sideways)
-        return equilibrium_slopes(family, found, parameters)
+        slopes = equilibrium_slopes(family, found, parameters)
+        return slopes if found.report.stretch is None else self._of_film(slopes, found.wrench, parameters, scales)
+
+    @property
+    def _flat(self) -> bool:
+        """Whether it is in plane strain."""
+        return len(self.levels.coarse.mesh.axes) == 2
+
+    def _of_film(
+        self, slopes: PoseSlopes, load: Wrench, parameters: Sequence[Parameter], scales: Callable[[Sensor], Scales]
+    ) -> PoseSlopes:
+        """Add what finite strain of a film changes of derivatives, those of its units apart."""
+
+        def more(sensor: Sensor, *, F_x: float = 0.0, F_z: float = 0.0) -> Array:
+            """Return what finite strain adds to a scene's motion under the load and a little more, of this size."""
+            film = uniform_layer(sensor, replace(load, F_x=load.F_x + F_x, F_z=load.F_z + F_z), flat=self._flat)
+            unit = self.scales.lengths[:3] / scales(sensor).lengths[:3]
+            return np.zeros(3) if film is None else (film.moved - film.linear) * unit
+
+        pose, compliance = slopes.pose.copy(), slopes.compliance.copy()
+        for column, each in enumerate(parameters):
+            stencil = each.stencil(lambda sensor: uniform_layer(sensor, load, flat=self._flat) is not None)
+            pose[:3, column] += stencil.own * more(self.sensor)
+            pose[:3, column] += sum(weight * more(sensor) for sensor, _, weight in stencil.places)
+        step = _STEP * math.hypot(load.F_x, load.F_z)
+        for column, name in enumerate(("F_x", "F_z")):
+            ahead, behind = (more(self.sensor, **{name: way}) for way in (step, -step))
+            compliance[:3, column] += (ahead - behind) / (2.0 * step)
+        if load.F_x != 0.0:  # across the shear by its secant, as of any isotropic law
+            compliance[3, 3] += more(self.sensor)[0] / load.F_x
+        return replace(slopes, pose=pose, compliance=compliance)
 
     @property
     def stiffness(self) -> tuple[Array, float]:

@@ -14,7 +14,9 @@ where finite elements show 1.6 to 2.8 times sink/t under pure compression, and u
 edge under combined loads (w/t from 1.3 to 7.5); slender layers, which buckle, are excluded. Away from its edges a layer
 shears uniformly, with the law's secant modulus: what shear changes goes with t/w (flush strips under shear of 0.3 and
 0.6: 1e-3 to 7e-3 of it at w/t = 8, 0.3e-3 to 0.5e-3 at 128). Of layers the bound is the largest of any silicone i,
-strained by mu/mu_i more than the pad, mu that in series.
+strained by mu/mu_i more than the pad, mu that in series. Of films it is the share of edges and tilt that finite strain
+may change, if that is less, as `linear` strains a layer without them at any strain (uniform.py): 2.4 t (1/w + 1/L) of
+the shear, 1 - E_c/(K + 4/3 mu) of the sink and all of the edge.
 
 Ends. Plane strain makes a pad too stiff by the factors of `linear.finite_length_factor` in shear, compression and tilt:
 it leaves (factor - 1) times a displacement out. Beforehand, and of pads that a strip does not stand for at all, the
@@ -39,8 +41,10 @@ from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.mechanics.closed_form import (
     HAIR,
     coaxial_refusal,
+    edges_share,
     finite_strain_model,
     flush_refusal,
+    is_film,
     pad_moduli,
     plain_pad,
     small_strain_bound,
@@ -51,6 +55,7 @@ from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
 from sits_mech.silicone.history import history_share
+from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
 
 if TYPE_CHECKING:
@@ -58,6 +63,7 @@ if TYPE_CHECKING:
 
 _HOPELESS = 0.5  # displacements that are left out, from which on the closed forms will do
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
+_RIM = 2.4  # thicknesses by which two edges widen or shorten a layer in shear: 2.3 seen within a pad, 0.23 flush
 _UNIFORM = 7.5  # thicknesses of a layer's width beyond which its middle is sheared uniformly
 
 
@@ -77,13 +83,27 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     free = 3.0 * max(abs(layer.free_stretch - 1.0) for layer in elastomer.stack)  # without load
     strains, even = [strains_of(*plain, load) for load in (Wrench(), *loads)], min(1.0, _UNIFORM * thin)
     more = [elastomer.shear_modulus / layer.silicone.shear_modulus for layer in elastomer.stack]  # strained than it
-    return max(
-        small_strain_bound(
-            layer.silicone, (E_c / own, E_b / own), own * (sink + free), own * shear, own * edge, even
+
+    def of_load(sink: float, shear: float, edge: float) -> float:
+        """Return the bound of one load: of a compliance, or of a film."""
+        compliance = max(
+            small_strain_bound(
+                layer.silicone, (E_c / own, E_b / own), own * (sink + free), own * shear, own * edge, even
+            )
+            for layer, own in zip(elastomer.stack, more, strict=True)
         )
-        for layer, own in zip(elastomer.stack, more, strict=True)
-        for sink, shear, edge in strains
-    )
+        return min(compliance, _film_bound(*plain, (sink, shear, edge))) if is_film(*plain) else compliance
+
+    return max(of_load(*each) for each in strains)
+
+
+def _film_bound(target: Target, elastomer: Elastomer, strains: tuple[float, float, float]) -> float:
+    """Bound the relative error of a layer strained as without edges, by what these and the tilt do at small strain."""
+    sink, shear, edge = strains
+    t, M = elastomer.thickness, elastomer.bulk_modulus + 4.0 / 3.0 * elastomer.shear_modulus
+    around = _RIM * sum(t / min(sides) for sides in zip(target.extent, elastomer.extent, strict=True))
+    missed = max(around * shear, max(1.0 - pad_moduli(target, elastomer)[1] / M, 0.0) * sink, edge)
+    return edges_share(target, elastomer) * missed / max(shear, sink, edge, SLACK)
 
 
 def strains_of(target: Target, elastomer: Elastomer, load: Wrench) -> tuple[float, float, float]:

@@ -51,7 +51,7 @@ def _bends(numbers: Mapping[str, Number]) -> str:
 
 _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.POSE_GIVEN: "the pose is given",
-    OmissionKind.FINITE_STRAIN: "strains are so small that one constant compliance is enough",
+    OmissionKind.FINITE_STRAIN: "strains are so small, or so even, that one constant compliance is enough",
     OmissionKind.PAD_ENDS: _ends_of_pads,
     OmissionKind.HISTORY: "slow load on virgin material; ask for simulate --history, or cycle",
     OmissionKind.LAW: "by its tests the load is known within {percent} % only, pressed and sheared",

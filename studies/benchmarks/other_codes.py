@@ -153,10 +153,12 @@ def felupe_ways(asked: Question, coarse: bool) -> Iterator[Way]:
 def ngsolve_ways(asked: Question, coarse: bool) -> Iterator[Way]:
     """Yield NGSolve's elements, meshes, load steps and damping; Taylor-Hood's in the plane alone."""
     gradings, sizes = ((2.0,), (1, 2, 3, 4)) if asked.spatial else ((1.0, 1.5), (2, 4))
-    sizes = (1, 2, 3) if asked.case.name in THREE.values() else sizes
+    orders = (2, 3)
+    if asked.case.name in THREE.values():
+        sizes, orders = range(1, 1 + max(asked.case.meshes[2])), (*range(2, 1 + max(asked.case.meshes)),)
     gradings, sizes = (gradings[-1:], sizes[:1]) if coarse else (gradings, sizes)
-    for order, cells, grading, steps in product((2, 3), sizes, gradings, (1,) if asked.spatial else (1, 2)):
-        if order == 3 and cells == max(sizes) and not coarse:
+    for order, cells, grading, steps in product(orders, sizes, gradings, (1,) if asked.spatial else (1, 2)):
+        if order > 2 and cells == max(sizes) and not coarse:
             continue
         case, words = (order, cells, grading, steps), f"{steps} steps, condensed"
         yield "NGSolve", f"Q{order}P{order - 1}", cells, grading, words, lambda case=case: condensed_pose(asked, *case)
@@ -205,16 +207,16 @@ def ratios(lines: Sequence[Line], sure: float = 0.0) -> Iterator[str]:
     """Yield how much longer the other codes take for a load, by both measures; `sure` is the reference's error."""
     mine = [line for line in lines if line.code == OWN]
     whole = min((line for line in mine if line.element == ASKED), key=lambda line: line.seconds)
-    one = min((line for line in mine if line.element != ASKED and line.error <= BELOW), key=lambda line: line.seconds)
-    load = whole.load
-    yield from (f"{load}: {OWN}, {_mesh(line)}" for line in (whole, one))
+    alone = [line for line in mine if line.element != ASKED and line.error <= BELOW]
+    one, load = min(alone, key=lambda line: line.seconds, default=None), whole.load
+    yield from (f"{load}: {OWN}, {_mesh(line)}" for line in (whole, *([one] if one else [])))
     for code in dict.fromkeys(line.code for line in lines if line.code != OWN):
         own = [line for line in lines if line.code == code and np.isfinite(line.error)]
         seconds, reached = seconds_at(own, max(whole.error, sure))
         words, best = f"{'' if reached else 'at least '}{seconds / whole.seconds:.2g}", front(own)[-1]
         yield f"{load}: {code}, ratio {ASKED}: {words}; most exact {_mesh(best)}"
         good = [line for line in own if line.error <= BELOW]
-        if good:
+        if good and one:
             fast = min(good, key=lambda line: line.seconds)
             yield f"{load}: {code}, ratio one solve: {fast.seconds / one.seconds:.2g}; {_mesh(fast)}"
 
