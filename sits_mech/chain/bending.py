@@ -62,8 +62,8 @@ def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tupl
     parts[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
     parts *= parts.max() > least
     deflection = float(np.abs(found.bend[count + len(tilts) :]).max())
-    known = sensor.target.metal.youngs_modulus is not None
-    numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", known))
+    given_modulus = sensor.target.metal.youngs_modulus is not None
+    numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", given_modulus))
     return (Omission(
         OmissionKind.BENDING, float(parts.max()), Relative.DISPLACEMENT, numbers=numbers, parts=tuple(parts.tolist())
     ),)

@@ -115,8 +115,8 @@ def read_poses(
 ) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
-    `direct` is in place of what the model's errors share. Where `untilted` is not asked for it is what is read, without
-    another call.
+    `direct` is in place of what the model's errors share, its parts those of the first shared ones of the poses. Where
+    `untilted` is not asked for it is what is read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
@@ -131,7 +131,9 @@ def read_poses(
     shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
     parts, n = diagonals(whole_L), len(L0)
-    own = np.zeros((len(poses.shared), len(L.value), n)) if direct is None else direct.parts
+    own = np.zeros((len(poses.shared), len(L.value), n))
+    if direct is not None:
+        own[: len(direct.parts)] = direct.parts
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
     error_L = found.error_L + unsure.total(whole_L, own[..., None] * np.eye(n))
     error_R = found.error_R + unsure.total(whole_R)

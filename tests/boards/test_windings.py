@@ -201,10 +201,11 @@ def strip(pen: Pen, line: Array, layer: str) -> str:
 
 
 BOARDS = [(5 + k % 6, HABITS[k % 8], 1 + (k + k // 6 + k // 24) % 6) for k in range(40)]
-BOARDS = [pytest.param(*each, marks=[pytest.mark.slow] * (each[2] > 3)) for each in BOARDS]
 
 
-@pytest.mark.parametrize(("kicad", "habit", "layers"), BOARDS)
+@pytest.mark.parametrize(
+    ("kicad", "habit", "layers"), [pytest.param(*each, marks=[pytest.mark.slow] * (each[2] > 3)) for each in BOARDS]
+)
 def test_a_coil_of_any_board(kicad: int, habit: str, layers: int, tmp_path: Path) -> None:
     """It is the one coil that is listed; taken as the list says, it has the inductance of rings to 1 %."""
     path = tmp_path / "board.kicad_pcb"

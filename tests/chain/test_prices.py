@@ -9,6 +9,7 @@ import pytest
 
 from sits_mech.chain.plan import plan, planned_seconds
 from sits_mech.chain.prices import expected, forecast_load, look
+from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.notes import Note, NoteKind
@@ -124,10 +125,11 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
 
 
 def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plan of such a load meshes no pad, and its seconds are those that are said before a solution."""
-    monkeypatch.setattr("sits_mech.mechanics.block.bonded_block", None)
+    """A plan of such a load meshes a pad once, for what its target bends; its seconds are those said first."""
+    made, bonded_block = list[object](), block.bonded_block
+    monkeypatch.setattr(block, "bonded_block", lambda *args, **more: made.append(args) or bonded_block(*args, **more))
     sensor, load = load_sensor("biorob2018", ["elastomer.thickness=50e-6", "elastomer.standoff=0"]), Wrench(1.0, 2.0)
     seconds, counts = planned_seconds(sensor, [load])
     found = plan(sensor, [load])
-    assert counts is not None and counts.seconds == seconds["block"] == found.steps[0].seconds > 5.0
+    assert counts is not None and counts.seconds == seconds["block"] == found.steps[0].seconds > 5.0 and len(made) == 1
     assert set(planned_seconds(sensor, [load], mechanics="linear", magnetics=None)[0]) == {"linear"}

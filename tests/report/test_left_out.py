@@ -36,13 +36,16 @@ SAID = [
         "0.29 of the displacement)",
     ),
     (
-        Omission(K.BENDING, 0.025, Relative.DISPLACEMENT, numbers=(("deflection", 4.8e-5), ("stiffness", 0.098))),
+        Omission(K.BENDING, 0.025, Relative.DISPLACEMENT, numbers=(
+            ("deflection", 4.8e-5), ("stiffness", 0.098), ("known", True)
+        )),
         "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 48 um (about 0.025 of the "
         "displacement)",
     ),
     (
         Omission(K.BENDING, math.nan, Relative.DISPLACEMENT),
-        "bending of the target: the metal has no modulus: give target.youngs_modulus (not known of the displacement)",
+        "bending of the target: what is no metal has no modulus here: give target.youngs_modulus (not known of the "
+        "displacement)",
     ),
     (
         Omission(K.SYMMETRY, relative_to=Relative.DISPLACEMENT),

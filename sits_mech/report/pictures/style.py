@@ -103,17 +103,9 @@ def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]
     `places` and `marks` (n, 2) are of those with numbers and of all, in shares of the axes. A label stands where it
     hides the fewest marks; those at one place share one, and so do those that have no room for their own.
     """
-    groups, found, taken = list[list[int]](), list[tuple[list[int], Array]](), list[Array]()
-    for k, place in enumerate(places):
-        same = [own for own in groups if np.abs(places[own[0]] - place).max() < _SAME]
-        if same:
-            same[0].append(k)
-        else:
-            groups.append([k])
-    for own in groups:
-        size = _LETTER * (3 * len(own) - 2, 1)
-        boxes = [np.sort([place + 0.5 * _LETTER * side, place + (0.5 * _LETTER + size) * side], axis=0)
-                 for place in places[own[:1]] for side in _SIDES]
+    found, taken = list[tuple[list[int], Array]](), list[Array]()
+    for own in _at_one_place(places):
+        boxes = _label_boxes(places[own[0]], len(own))
         free = [k for k, box in enumerate(boxes) if box.min() > 0.0 and box.max() < 1.0
                 and not any(np.all((box[0] < other[1]) & (box[1] > other[0])) for other in taken)]
         if not free and found:
@@ -125,6 +117,24 @@ def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]
         found.append(([k + 1 for k in own], _SIDES[best]))
         taken.append(boxes[best])
     return found
+
+
+def _at_one_place(places: Array) -> list[list[int]]:
+    """Return the indices of marks (n, 2) whose places are the same but for a little, in order of the first."""
+    groups = list[list[int]]()
+    for k, place in enumerate(places):
+        same = next((own for own in groups if np.abs(places[own[0]] - place).max() < _SAME), None)
+        if same is None:
+            groups.append([k])
+        else:
+            same.append(k)
+    return groups
+
+
+def _label_boxes(place: Array, count: int) -> list[Array]:
+    """Return where a label of so many numbers lies on each side of a mark, low and high corner (2, 2)."""
+    size = _LETTER * (3 * count - 2, 1)
+    return [np.sort([place + 0.5 * _LETTER * side, place + (0.5 * _LETTER + size) * side], axis=0) for side in _SIDES]
 
 
 def save_figure(figure: Figure, path: Path) -> None:
