@@ -139,8 +139,8 @@ def simulate(
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
     own = _of_load(sensor, found.found, wrench, found.back)
     (rest,) = with_omissions(sensor, [own])
-    left = _left_beside(found.goal, own, rest, tolerance)
-    if left < tolerance:
+    numerics, whole = (0.0 if found.goal is None else found.goal.of(poses_of([each])) for each in (own, rest))
+    if (left := left_beside(numerics, whole, tolerance)) < tolerance:
         found = aimed_rest(sensor, wrench, layer, (magnetics, left), symmetry_of(sensor), best=best)
         (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
     shown = simulated(sensor, found.field, rest)
@@ -149,14 +149,11 @@ def simulate(
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
 
 
-def _left_beside(goal: Goal | None, own: Equilibrium, rest: Equilibrium, tolerance: float) -> float:
-    """Return what a tolerance leaves to the numerics of a rest beside what it leaves out, where they took too much.
+def left_beside(numerics: float, whole: float, tolerance: float) -> float:
+    """Return what a tolerance leaves to numerics beside what is left out, both in a `whole` error that is too large.
 
-    `own` is the rest without that; the tolerance itself where it is kept, or less than half would be left.
+    The tolerance itself where it is kept, or less than half of it would be left.
     """
-    if goal is None or own is rest:
-        return tolerance
-    numerics, whole = (goal.of(poses_of([each])) for each in (own, rest))
     left = tolerance - (whole - numerics)
     return left if numerics <= tolerance < whole and left > _HALF * tolerance else tolerance
 

@@ -58,7 +58,8 @@ def pose(
 
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.plan import omissions
-    from sits_mech.chain.simulate import at_rest, rest_flags
+    from sits_mech.chain.simulate import at_rest, left_beside, rest_flags
+    from sits_mech.description import sized
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
@@ -68,6 +69,11 @@ def pose(
         with solving(sensor, loads, tolerance, mechanics, None):
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
             found = at_rest(sensor, layer, loads[-1], via)
+            whole = found.report.estimated_error
+            omitted = sized(item for item in found.report.left_out if not item.held)
+            if (left := left_beside(whole - omitted, whole, tolerance)) < tolerance:
+                layer, choice = mechanical_model(sensor, mechanics, left, loads)
+                found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = omissions(sensor, (choice, None), loads)
