@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 66_160, "core lines": 36_850, "tokens": 569_000, "named numbers": 669, "branching functions": 86,
-    "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 107, "entered in the plane": 111,
+    "lines": 66_940, "core lines": 37_430, "tokens": 575_700, "named numbers": 683, "branching functions": 90,
+    "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 110, "entered in the plane": 117,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

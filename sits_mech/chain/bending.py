@@ -45,28 +45,32 @@ def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tupl
     stiffness = sensor.target.bending_stiffness
     if stiffness is None:
         return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT),)
-    given = on_target(sensor, loads)
     try:
         plate = bonded_plate(sensor)
     except ValueError:  # no mesh, such as of a hair
         known = (("stiffness", stiffness),)
         return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT, numbers=known),)
-    each = [_parts_of(load, touched=sensor.touch is not None) for load in given]
-    presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
-    found, weights = plate.bent([*presses, *tilts, *given], stiffness), seen_shares(sensor, plate)
-    bend, rigid = (np.abs(part @ weights).max(axis=1) for part in (found.bend, found.rigid))
-    seen = rigid > _SEEN * np.abs(found.rigid).max(axis=1)
-    shares = np.divide(bend, rigid, out=np.zeros_like(bend), where=seen)
-    parts, count = np.zeros(len(POSE)), len(presses)
-    parts[_DOWN] = shares[:count].max(initial=0.0)
-    parts[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
+    parts, deflection = _changes(sensor, plate, on_target(sensor, loads), stiffness)
     parts *= parts.max() > least
-    deflection = float(np.abs(found.bend[count + len(tilts) :]).max())
     given_modulus = sensor.target.metal.youngs_modulus is not None
     numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", given_modulus))
     return (Omission(
         OmissionKind.BENDING, float(parts.max()), Relative.DISPLACEMENT, numbers=numbers, parts=tuple(parts.tolist())
     ),)
+
+
+def _changes(sensor: Sensor, plate: BondedPlate, loads: Sequence[Wrench], stiffness: float) -> tuple[Array, float]:
+    """Return what bending changes of a pose, over its components (6,), and the largest deflection under loads [m]."""
+    each = [_parts_of(load, touched=sensor.touch is not None) for load in loads]
+    presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
+    found, weights = plate.bent([*presses, *tilts, *loads], stiffness), seen_shares(sensor, plate)
+    bend, rigid = (np.abs(part @ weights).max(axis=1) for part in (found.bend, found.rigid))
+    seen = rigid > _SEEN * np.abs(found.rigid).max(axis=1)
+    shares = np.divide(bend, rigid, out=np.zeros_like(bend), where=seen)
+    changes, count = np.zeros(len(POSE)), len(presses)
+    changes[_DOWN] = shares[:count].max(initial=0.0)
+    changes[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
+    return changes, float(np.abs(found.bend[count + len(tilts) :]).max())
 
 
 def _parts_of(load: Wrench, *, touched: bool) -> tuple[list[Wrench], list[Wrench]]:

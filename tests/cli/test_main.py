@@ -213,6 +213,15 @@ def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
     assert found["wrench"] == plain["wrench"] and found["pose"]["d_v"] == pytest.approx(plain["pose"]["d_v"], rel=1e-4)
 
 
+@pytest.mark.slow
+def test_a_pose_is_solved_finer_beside_what_its_target_bends(capsys: Capture) -> None:
+    """The numerics of 9,483 unknowns are within 1 % but not with 0.4 % of bending: above tolerance before."""
+    law = '{law="yeoh", c10="8 kPa", c20="0.6 kPa", c30="0.05 kPa", bulk_modulus="16 MPa"}'
+    found = answer(capsys, "pose", "biorob2018-w15", "--fz", "2 N", "--set", f"elastomer.material={law}")
+    bends = next(item["size"] for item in found["report"]["left_out"] if item["what"] == "bending of the target")
+    assert found["report"]["unknowns"] > 10_000 and 0.004 < bends < found["report"]["estimated_error"] < 0.01
+
+
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
     """A load straight down on a scene that is its own mirror image: neither shift nor tilt, without error."""
     words = ("--model", "planar", "--tolerance", "0.1", "--accept")
