@@ -214,7 +214,7 @@ def limits_picture(found: DesignAnswer) -> Figure:
             other.barh(range(len(shares)), [100.0 * each for each in shares.values()], color="C0")
             other.set(yticks=range(len(shares)), yticklabels=[_short(name) for name in shares], xlim=(0.0, 100.0))
             other.axvline(100.0 * found.task.judge.share, color="k", lw=0.8, ls="--")
-            other.set(xlabel="sensors made that hold it; dashed: asked [%]")
+            other.set(xlabel="sensors made that hold it [%]", title="dashed: asked")
             other.invert_yaxis()
     return figure
 

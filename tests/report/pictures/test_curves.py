@@ -226,7 +226,7 @@ def test_a_calibration_is_ready_for_print(
         assert "errors up to" in figure.get_suptitle() and data.attrs["name"] in figure.get_suptitle()
     maps = crosstalk_map(request.getfixturevalue("data"))
     assert all("[N]" in axes.get_xlabel() for axes in maps.axes[:2])
-    assert all("[%]" in axes.get_xlabel() for axes in maps.axes[2:]) and "dashed" in maps.get_suptitle()
+    assert all("[%]" in axes.get_xlabel() for axes in maps.axes[2:]) and "equal values" in maps.get_suptitle()
 
 
 def test_curves_are_apart_in_grey() -> None:
