@@ -324,6 +324,7 @@ def numerics_alone() -> Callable[[], AbstractContextManager[None]]:
                 bare = {name: replace(each, omissions=lambda *_: ()) for name, each in getattr(models, half).items()}
                 for module in (aimed, models, plan, simulate):
                     patch.setattr(module, half, bare, raising=False)
+            patch.setattr(simulate, "bending", lambda *_: ())
             yield
 
     return alone
