@@ -102,25 +102,25 @@ def _likely(known: Predictive, measured: Measured) -> list[_Slip]:
         if one.p > _POSSIBLE:
             wider = one.off.size * float(np.log(other.L[0, 0] / measured.L[0, 0])) * (text in _UNITS.values())
             found.append(_Slip(text, other, one.evidence + wider))
-    return sorted(found, key=lambda one: -one.evidence)
+    return sorted(found, key=lambda one: -round(one.evidence, 6))  # those of mirror images are equal
 
 
 def mistake(prior: Prior, measured: Measured, found: Adaptation | None, **noise: Any) -> str:
     """Return what probably went wrong with readings, in words, "" where nothing known explains them.
 
     `found` is what they tell as they are, None where that is nothing; `noise` as of `adapt`. Fitted are the `_TRIED`
-    likeliest beforehand.
+    likeliest beforehand; of a sensor with coils in mirror image a sign and coils swapped are the same.
     """
-    best, words = max(STRANGE if found is None else found.p_value, _LIKELY), ""
+    least, causes = max(STRANGE if found is None else found.p_value, _LIKELY), []
     slips = [one for one in _likely(Predictive(prior, noise.get("load_noise")), measured) if one.mended is not measured]
     for text, other, _ in slips[:_TRIED]:
         try:
             p = adapt(prior, other, **noise).p_value
         except (SceneError, ValueError):
             continue
-        if p > best:
-            best, words = p, text
-    return words
+        if p > least:
+            causes.append(text)
+    return " or ".join(causes)
 
 
 def as_read(
