@@ -198,7 +198,8 @@ def _place(sensor: Sensor, load: Wrench) -> tuple[float, float]:
     x, y = _touch(sensor).place
     if load.F_z == 0.0:
         return x, y
-    return x + load.M / load.F_z, y - load.M_x / load.F_z
+    across, along = touched_place(load)
+    return x + across, y + along
 
 
 def _touch(sensor: Sensor) -> Touch:
