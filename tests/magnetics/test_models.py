@@ -150,13 +150,14 @@ def test_what_is_left_out_of_coils_alone() -> None:
     assert ends.relative_to == Relative.FREE and ends.unbounded
 
 
-def test_parts_that_no_section_cuts_have_no_size() -> None:
+@pytest.mark.parametrize("section", ["planar", "planar-fem"])
+def test_parts_that_no_section_cuts_have_no_size(section: str) -> None:
     plate = (
         'conductors=[{name="aside", material="copper", shape="rectangle", centre=["0 mm", "30 mm", "0 mm"], '
         'width="2 mm", length="2 mm", thickness="0.5 mm"}]'
     )
     sensor = load_sensor("biorob2018", [plate])
-    (item,) = (each for each in MAGNETICS["planar"].leaves_out(sensor, Question()) if each.kind == K.NOT_CUT)
+    (item,) = (each for each in MAGNETICS[section].leaves_out(sensor, Question()) if each.kind == K.NOT_CUT)
     assert item.unbounded and item.known == {"name": "aside"} and K.NOT_CUT not in kinds("sheets", sensor)
 
 
