@@ -248,13 +248,14 @@ def placed_plates(sensor: Sensor, turns: Array, places: Array) -> list[PlacedPla
         found = "", sensor.target, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
         parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
+        plate, axes = lying_plate(part)
         drawn = part.loops and not part.is_turned
         windings = from_windings(part, sensor.coils) if drawn else smallest_gap(solid, coils)
-        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(part.extent))
-        anchor = min(beside, max(windings, _EASY * min(part.extent)))
+        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(plate.extent))
+        anchor = min(beside, max(windings, _EASY * min(plate.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
-        place = solid.places - solid.turns[:, :, 2] * part.thickness / 2
-        fixed = solid.name, as_plate(part), solid.turns, place
+        turn = solid.turns[:, :, axes]
+        fixed = solid.name, plate, turn, solid.places - turn[:, :, 2] * plate.thickness / 2
         parts.append(PlacedPlate(*fixed, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 
@@ -267,6 +268,19 @@ def as_plate(part: Conductor) -> Target:
         width=part.width, length=part.length, diameter=part.diameter, inner_diameter=part.inner_diameter,
         points=part.points, holes=part.holes, thickness=part.thickness, load_height=0.0,
     )
+
+
+def lying_plate(part: Conductor) -> tuple[Target, Integers]:
+    """Return a fixed plate with the thinnest side of a block as its thickness, and which of its axes are then x, y, z.
+
+    A wall that is written as a tall block would otherwise be divided into skin depths along it and in as many sheets.
+    """
+    plate, sizes = as_plate(part), np.array([*part.extent, part.thickness])
+    if part.shape != "rectangle" or sizes[2] == sizes.min():
+        return plate, np.arange(3)
+    axes = np.roll(np.arange(3), 2 - int(np.argmin(sizes)))
+    width, length, thickness = sizes[axes].tolist()
+    return plate.model_copy(update={"width": width, "length": length, "thickness": thickness}), axes
 
 
 def overlapping(sensor: Sensor) -> Refusal | None:
