@@ -248,14 +248,14 @@ def placed_plates(sensor: Sensor, turns: Array, places: Array) -> list[PlacedPla
         found = "", sensor.target, turns, places, gap, CLEARANCE, (0.0, 0.0, 0.0)
         parts = [PlacedPlate(*found, susceptibility=sensor.target.metal.susceptibility)]
     for k, (part, solid) in enumerate(zip(sensor.conductors, plates, strict=True)):
-        plate, axes = lying_plate(part)
+        lying, axes = lying_plate(part)
         drawn = part.loops and not part.is_turned
         windings = from_windings(part, sensor.coils) if drawn else smallest_gap(solid, coils)
-        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(plate.extent))
-        anchor = min(beside, max(windings, _EASY * min(plate.extent)))
+        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(lying.extent))
+        anchor = min(beside, max(windings, _EASY * min(lying.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         turn = solid.turns[:, :, axes]
-        fixed = solid.name, plate, turn, solid.places - turn[:, :, 2] * plate.thickness / 2
+        fixed = solid.name, lying, turn, solid.places - turn[:, :, 2] * lying.thickness / 2
         parts.append(PlacedPlate(*fixed, gap, anchor, part.centre, windings, part.metal.susceptibility))
     return parts
 

@@ -89,6 +89,15 @@ def test_a_wall_beside_a_coil_mirrors_it(key: str) -> None:
     assert image < 0.0 and change(found).real == pytest.approx(0.94 * image, rel=2e-2)
 
 
+@pytest.mark.parametrize("thin, turned", [("width", (0.0, np.pi / 2, 0.0)), ("length", (np.pi / 2, 0.0, 0.0))])
+def test_a_tall_block_is_a_plate_that_stands(thin: str, turned: tuple[float, float, float]) -> None:
+    """Whichever side is written as its thickness: the same division, to rounding the same answer."""
+    place, t, high = (4.0 * MM, -3.5 * MM, 0.5 * MM), PLATE["thickness"], PLATE[thin]
+    block = fixed(place, **{thin: t, "thickness": high})
+    one, other = (sheets(scene(part), 1e-1).impedance(REST, 1e6) for part in (block, fixed(place, turned)))
+    assert change(one) == pytest.approx(change(other), rel=1e-5) and one.report.unknowns == other.report.unknowns
+
+
 def test_turned_plates_keep_clear() -> None:
     """Of pad, coils and each other, by their boxes in place; level they would not all."""
     pad = {"elastomer": {"material": "ecoflex-00-30", "width": 6 * MM, "length": 6 * MM, "thickness": 2 * MM}}

@@ -29,17 +29,17 @@ from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.linalg import block_diag, lu_factor, lu_solve
+from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.far import DividedPlate, Far, Moving, responses, seen_from
-from sits_mech.magnetics.space.fields import row_places
+from sits_mech.magnetics.space.fields import Blocks, row_places
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
 
 _MOVING, _FIXED = 1e-3, 5e-3  # directions that are left out, to the strongest: tests/magnetics/space/test_far.py
-_LEFT, _STEPS = 1e-5, 12  # of what is refined, and steps until it is solved anew
+_LEFT = 3e-3  # of what is solved in steps: its square counts
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,26 @@ class _Placed:
 
 
 @dataclass(frozen=True, eq=False)
+class _Together:
+    """What fixed plates answer together, on one division."""
+
+    coils: Complex  # Z_FF (n, n)
+    fields: Complex  # T^T / (j omega), (k, n)
+    alone: tuple[tuple[slice, Complex], ...]  # Y / (j omega)^2, by the plates' places in it
+    factor: Any  # of 1 - Y P_FF / (j omega)
+
+    def __matmul__(self, columns: Complex) -> Complex:
+        """Return S / (j omega)^2 times columns (k, m)."""
+        driven = np.concatenate([Y @ columns[own] for own, Y in self.alone])
+        return np.asarray(lu_solve(self.factor, driven, overwrite_b=True, check_finite=False))
+
+
+@dataclass(frozen=True, eq=False)
 class _Fixed:
-    """Fixed plates together: where each is, and of all, by divisions, Z_FF, T^T / (j omega), S / (j omega)^2."""
+    """Fixed plates: where each is, and what all answer, by divisions."""
 
     placed: tuple[_Placed, ...]
-    answers: tuple[tuple[Complex, Complex, Complex], ...]
+    answers: tuple[_Together, ...]
 
 
 def coupled_reactions(
@@ -91,7 +106,7 @@ def coupled_reactions(
     plates = tuple(part.divisions for part in others)
     fixed = _fixed(plates[0][0], plates, where, omega, n)
     if not target:
-        return [Z[None] for Z, _, _ in fixed.answers]
+        return [together.coils[None] for together in fixed.answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
     far = seen_from(target[0], clearance, omega, _MOVING)
     found = target[0].answered(target, seen, frequency, far)
@@ -99,13 +114,12 @@ def coupled_reactions(
     for pose, place in enumerate(zip(seen.turns, seen.places, strict=True)):
         moved = _Placed.of(far, *place)
         P = np.hstack([moved.linked(other) for other in fixed.placed])
-        factor: Any = None
-        for result, (own, e, Y), (Z, T, S) in zip(results, found, fixed.answers, strict=True):
-            g = _times(P, T)
+        V = np.zeros((P.shape[0], 0), dtype=complex)
+        for result, (own, e, Y), together in zip(results, found, fixed.answers, strict=True):
+            g = _times(P, together.fields)
             h = e[pose] + Y @ g
-            factor, x = _shielded(factor, Y, P, S, h)
-            more = e[pose].T @ g + g.T @ h + h.T @ _times(P, S @ _times(P.T, x))
-            result[pose] = Z + own[pose] + more
+            V, back = _back(V, Y, P, together, h)
+            result[pose] = together.coils + own[pose] + e[pose].T @ g + g.T @ h + back
     return results
 
 
@@ -129,11 +143,14 @@ def _fixed(
             responses(plate, np.hstack([np.eye(len(far.fields), n, n - len(far.fields)), far.fields]), omega)[1]
             for plate, far in zip(divisions, fars, strict=True)
         ]
-        Y, T = block_diag(*(Z[n:, n:] for Z in each)), np.vstack([Z[n:, :n] for Z in each])
-        through = np.linalg.solve(np.eye(len(L)) - Y @ L / (1j * omega), np.hstack([T, Y]))
-        outer = sum(Z[:n, :n] for Z in each) + T.T @ L @ through[:, :n] / (1j * omega)
-        seen = np.asarray(through / (1j * omega))
-        answers.append((outer, seen[:, :n], np.asarray(seen[:, n:] / (1j * omega))))
+        Y = Blocks(len(L), tuple((np.r_[own], Z[n:, n:]) for own, Z in zip(columns, each, strict=True)))
+        T = np.vstack([Z[n:, :n] for Z in each])
+        A = np.eye(len(L)) + (Y @ L) * (1j / omega)
+        factor = lu_factor(A, overwrite_a=True, check_finite=False)
+        through = lu_solve(factor, T, check_finite=False) / (1j * omega)
+        outer = sum(Z[:n, :n] for Z in each) + T.T @ L @ through
+        alone = tuple((own, Z[n:, n:] / (1j * omega) ** 2) for own, Z in zip(columns, each, strict=True))
+        answers.append(_Together(outer, through, alone, factor))
     return _Fixed(placed, tuple(answers))
 
 
@@ -142,13 +159,20 @@ def _times(P: Array, X: Complex) -> Complex:
     return (P @ np.ascontiguousarray(X).view(np.float64)).view(np.complex128)
 
 
-def _shielded(factor: Any, Y: Complex, P: Array, S: Complex, h: Complex) -> tuple[Any, Complex]:
-    """Solve (1 - Y P S P^T) x = h by that matrix's factors, or another division's and few refinements; return both."""
-    x = np.zeros_like(h)
-    for _ in range(_STEPS if factor is not None else 0):
-        left = h - x + Y @ _times(P, S @ _times(P.T, x))
-        if np.linalg.norm(left) <= _LEFT * np.linalg.norm(h):
-            return factor, x
-        x = x + lu_solve(factor, left)
-    factor = lu_factor(np.eye(len(Y)) - Y @ (P @ S.real @ P.T + 1j * (P @ S.imag @ P.T)))
-    return factor, lu_solve(factor, h)
+def _back(V: Complex, Y: Complex, P: Array, S: _Together, h: Complex) -> tuple[Complex, Complex]:
+    """Return orthonormal directions of x, from some (k, m) on, and h^T B x, where (1 - Y B) x = h, B = P S P^T.
+
+    What is left of h, l, by least squares in these directions, adds the next ones; x^T B h + l^T B x is symmetric, and
+    off by the square of l, as B and Y are symmetric.
+    """
+    new = np.linalg.qr(np.hstack([V, h]))[0]
+    V = BV = A = np.zeros((len(h), 0), dtype=complex)
+    while new.size:
+        y = _times(P, S @ _times(P.T, new))
+        V, BV, A = np.hstack([V, new]), np.hstack([BV, y]), np.hstack([A, new - Y @ y])
+        c = np.linalg.lstsq(A, h)[0]
+        left = h - A @ c
+        enough = np.linalg.norm(left) <= _LEFT * np.linalg.norm(h)
+        new = new[:, :0] if enough else np.linalg.qr(np.hstack([V, left]))[0][:, V.shape[1] :]
+    y = BV @ c
+    return V, y.T @ h + left.T @ y

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
+from scipy.linalg import lu_factor
 
 from sits_mech.geometry.collision import BoxedPart, Collision, placed_plates, separation
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import neighbours
 from sits_mech.magnetics.space.divisions import prepared, prepared_near
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
 from sits_mech.magnetics.space.rungs import LADDER
@@ -127,6 +129,23 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     orders = ready, ready[::-1]
     (one, other) = (coupled_reactions((), seen, parts, 5e6)[0] for parts in orders)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(Z).max())
+
+
+@pytest.mark.parametrize("strength", [0.1, 3.0, 100.0])
+def test_what_comes_back_as_by_factors(strength):
+    """Of one division and of another in its directions: off by the square of what is left, and symmetric."""
+    rng, k, n = np.random.default_rng(65), 60, 3
+    V, P = np.linalg.qr(rng.normal(size=(k, k)))[0], rng.normal(size=(k, 40)) / np.sqrt(40)
+    S = np.diag(np.geomspace(1.0, 1e-4, 40)) * (1j - 0.2)
+    together = neighbours._Together(np.zeros((n, n)), np.zeros((40, n)), ((slice(40), S),), lu_factor(np.eye(40)))
+    h, found = rng.normal(size=(k, n)) + 1j * rng.normal(size=(k, n)), np.zeros((k, 0))
+    for other in (1.0, 1.02):
+        Y, B = strength * (V * np.geomspace(1.0, 1e-4, k) ** other) @ V.T * (0.3 + 1j), P @ S @ P.T
+        back = B @ np.linalg.inv(np.eye(k) - Y @ B)
+        found, value = neighbours._back(found, Y, P, together, h)
+        off = neighbours._LEFT**2 * np.linalg.norm(h) ** 2 * np.linalg.norm(back, 2)
+        np.testing.assert_allclose(value, h.T @ back @ h, rtol=0, atol=off)
+        np.testing.assert_allclose(value, value.T, rtol=0, atol=1e-12 * np.abs(value).max())
 
 
 def test_what_does_not_fit_is_refused_by_name():
