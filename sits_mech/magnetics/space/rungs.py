@@ -79,8 +79,9 @@ _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the 
 ACROSS, ACROSS_LEVEL = 0.58, 4.0
 """Sheet at a face over the skin depth, on a level across; on others in proportion."""
 _TRIANGLES = (2, 2, 4), (3, 3, 6)  # levels of divisions that follow no smooth map
+_RINGS = (2, 3, 4), (3, 4, 6)  # of rings: R a third as far off as by (4, 5, 6), errors half those by (3, 3, 6)
 ROUGH = 3e-2
-"""The asked error from which the first of them will do; twice what is told where memory cannot hold the second."""
+"""The asked error from which the first of each will do; twice what is told where memory cannot hold the second."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
 _BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much L has of that from four parts on
@@ -101,7 +102,8 @@ def rung_for(tolerance: float, plates: Sequence[Target], half: float) -> PlateRu
 
     Where a third of each half is no thicker than the finest sheet at the face of thick plates, plates begin with one
     sheet a half (at 1.3 skin depths 8e-5 of Delta L off, 2e-3 of R). Where no smooth map divides one of the plates'
-    outlines, all have two levels along; plates that answer each other have one level less, as measured against rings.
+    outlines, all have two levels along, and the levels of rings where one is a ring; plates that answer each other have
+    one level less, as measured against rings.
     """
     rung = next((rung for error, rung in (ROUGHEST, *LADDER) if tolerance >= error), LADDER[-1][1])
     if len(plates) > 1:
@@ -109,8 +111,10 @@ def rung_for(tolerance: float, plates: Sequence[Target], half: float) -> PlateRu
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     if half / 3 <= ACROSS * ACROSS_LEVEL / rung.across[2]:
         rung = replace(rung, across=(1, 2, 3))
-    smooth = all(plate.shape in ("rectangle", "disc") for plate in plates)
-    return rung if smooth else replace(rung, along=_TRIANGLES[int(tolerance < ROUGH)])
+    for shape, levels in (("outline", _TRIANGLES), ("ring", _RINGS)):
+        if any(plate.shape == shape for plate in plates):
+            return replace(rung, along=levels[int(tolerance < ROUGH)])
+    return rung
 
 
 def rungs_for(tolerance: float, plates: Sequence[Target], half: float = math.inf) -> tuple[PlateRung, ...]:
