@@ -55,6 +55,7 @@ class Sheeted:
         """Where each class's combinations are among all."""
         return row_places(basis.size for basis in self.bases)
 
+    @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of all classes' combinations; omega [rad/s]."""
         parts = zip(self.columns, self.classes, strict=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import tensor_grid
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
-_GRID, _STEP = 33, 1e-4  # places along a side; differences of the coils' potential, over the narrower side
+_GRID, _STEP = 17, 1e-4  # places along a side: 1.3 % from 0.2 mm on, 20 mm wide; steps of A, over the narrower side
 _INSULATING = 0.06  # radius of a permeable plate with holes over its skin depth, at most
 _PLATES = 1.5  # length on which another plate's field changes, over the distance
 
@@ -78,18 +79,23 @@ def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Ite
     """Note the largest field on permeable parts, for whoever knows where they saturate."""
     for part in parts:
         if part.susceptibility != 0.0:
-            note = Note.of(NoteKind.FIELD_ON, field=_field_on(coils, part))
+            lowest = int(np.argmin(part.places[:, 2]))
+            turn, place = part.turns[lowest].tolist(), part.places[lowest].tolist()
+            field = _field_on(tuple(coils), part.plate, tuple(map(tuple, turn)), tuple(place))
+            note = Note.of(NoteKind.FIELD_ON, field=field)
             yield note.with_numbers(part=part.title) if part.title else note
 
 
-def _field_on(coils: Sequence[Coil], part: PlacedPlate) -> float:
-    """Return the largest H of any coil with 1 A on a grid of a plate's faces, where it stands lowest [1/m]."""
-    pose, plate = int(np.argmin(part.places[:, 2])), part.plate
+@lru_cache(maxsize=64)
+def _field_on(
+    coils: tuple[Coil, ...], plate: Target, turn: tuple[tuple[float, ...], ...], place: tuple[float, ...]
+) -> float:
+    """Return the largest H of any coil with 1 A on a grid of a plate's faces, in one of its places [1/m]."""
     x, y = (size / 2 * np.linspace(-1.0, 1.0, _GRID) for size in plate.extent)
     flat = tensor_grid(x, y).reshape(-1, 2)
     flat = flat[np.hypot(*flat.T) <= plate.extent[0] / 2] if plate.is_round else flat
     faces = [np.column_stack([flat, np.full(len(flat), height)]) for height in (0.0, plate.thickness)]
-    points = np.vstack(faces) @ part.turns[pose].T + part.places[pose]
+    points = np.vstack(faces) @ np.transpose(turn) + place
     step = _STEP * min(plate.extent)
     return max(float(np.linalg.norm(coil_field(coil, points, step), axis=1).max()) for coil in coils)
 
