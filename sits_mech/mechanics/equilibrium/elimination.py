@@ -52,7 +52,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
 )
 from sits_mech.quantities import Array
 
-_MOST = 60  # factorisations of a patch on its way: 12 presses, 6 pulls of `biorob2018` took up to 49, or never got there
+_MOST = 60  # factorisations of a patch on its way: 12 presses, 6 pulls of `biorob2018` took 49 at most, or never came
 _DAMPED, _MORE, _TOO_STIFF = 0.1, 4.0, 1000.0  # least damping [shear moduli], how it grows, and its end
 _RISES, _FALLS = 1.5, 0.3  # of f_I in a step: damping grows beyond the one, and shrinks below the other
 _SMALL, _LEFT = 5e-3, 0.1  # of the load's size, f_I at which B moves on; of |f_O|, f_I at its end
