@@ -112,8 +112,8 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
             tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
-    for number in (each for each in numbers if looks[each].reached == 1.0):
-        there = from_first(line, number, control, looks[number])
+    for number in numbers:
+        there = from_first(line, number, control, looks[number]) if eliminates(line, number, looks[number]) else None
         if there is not None:
             return there
     if looks[numbers[-1]].reached == 1.0:
@@ -126,6 +126,13 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
         if there is not None:
             return there
     return farthest
+
+
+def eliminates(line: Line, number: int, look: Outcome) -> bool:
+    """Whether a first level is at its goal, without faces that touch: with contact no cells are eliminated."""
+    if look.reached < 1.0:
+        return False
+    return not line.auto or line.in_contact(number) or not line[number].coarse.touching(look.state).touch
 
 
 def _faces(line: Line, pair: Pair) -> FaceContact:
