@@ -179,12 +179,15 @@ class Levels:
         return len(self.fine.mesh.axes) == 3 and second**2 < _CREASED * first
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
-        """Return the limit of the levels before one as that one leaves it at best: parts shrunk as the terms are.
+        """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.
 
-        Or as a later one leaves it, the `last`.
+        From three levels on the limit is moved by half of what is taken off the parts, s of it uncertain as now.
         """
         ratios, parts = self.terms[last or level] / self.terms[level - 1], np.zeros_like(limit.parts)
-        parts[: len(ratios)] = limit.parts[: len(ratios)] * ratios[:, None]
+        terms = slice(len(ratios))
+        parts[terms] = limit.parts[terms] * ratios[:, None]
+        if level > PAIR:
+            parts[-1] = _UNSURE * ratios.max() * np.abs(limit.parts[terms] - parts[terms]).sum(axis=0)
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 
 
