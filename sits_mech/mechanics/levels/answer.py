@@ -180,8 +180,6 @@ def extrapolated_equilibrium(
             if np.max(off, initial=0.0) > np.max(best.error):  # it does not settle there
                 return True
             best, kept = limit, level
-        if level == 2 and levels.edges_alone:
-            return level >= most or levels.creased(states)
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
             return True
         last = level if len(body.mesh.axes) == 3 else most - 1  # sections are cheap

@@ -181,12 +181,15 @@ class Levels:
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
         """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.
 
-        From three levels on the limit is moved by half of what is taken off the parts, s of it uncertain as now.
+        From three levels on the limit moves by half of what is taken off the parts. A third level that is the first to
+        show both terms leaves them less unsure, too.
         """
         ratios, parts = self.terms[last or level] / self.terms[level - 1], np.zeros_like(limit.parts)
         terms = slice(len(ratios))
         parts[terms] = limit.parts[terms] * ratios[:, None]
-        if level > PAIR:
+        if level == 2 and self.edges_alone:
+            parts *= _UNSURE / EARLY
+        if level > 2:
             parts[-1] = _UNSURE * ratios.max() * np.abs(limit.parts[terms] - parts[terms]).sum(axis=0)
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 

@@ -16,7 +16,7 @@ data.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -112,27 +112,31 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
             tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
-    for number in numbers:
-        there = from_first(line, number, control, looks[number]) if eliminates(line, number, looks[number]) else None
+    for number in (each for each in numbers if eliminates(line, each, looks[each])):
+        there = from_first(line, number, control, looks[number])
         if there is not None:
             return there
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
     farthest = second_look(line, number, start, control, looks[number], _SMALLEST[1])
-    for number in numbers if farthest.second.reached == 1.0 else ():  # it is the first level that is unstable
-        pair = second_look(line, number, start, control, looks[number], _SMALLEST[1])
+    return _beyond(line, start, control, looks) or farthest if farthest.second.reached == 1.0 else farthest
+
+
+def _beyond(line: Line, start: Equilibrium | None, control: Control, looks: Mapping[int, Outcome]) -> Pair | None:
+    """Return the rest by the second and the third level of the first family that gets there, if one does."""
+    for number, look in looks.items():
+        pair = second_look(line, number, start, control, look, _SMALLEST[1])
         there = beyond_first(line, control, pair) if pair.second.reached == 1.0 else None
         if there is not None:
             return there
-    return farthest
+    return None
 
 
 def eliminates(line: Line, number: int, look: Outcome) -> bool:
     """Whether a first level is at its goal, without faces that touch: with contact no cells are eliminated."""
-    if look.reached < 1.0:
-        return False
-    return not line.auto or line.in_contact(number) or not line[number].coarse.touching(look.state).touch
+    apart = not line.auto or line.in_contact(number) or not line[number].coarse.touching(look.state).touch
+    return look.reached == 1.0 and apart
 
 
 def _faces(line: Line, pair: Pair) -> FaceContact:
