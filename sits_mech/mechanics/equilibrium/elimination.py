@@ -52,9 +52,10 @@ from sits_mech.mechanics.equilibrium.linearisation import (
 )
 from sits_mech.quantities import Array
 
-_MOST = 40  # factorisations of a patch on its way: of 12 loads of `biorob2018` none took more than 34 that got there
+_MOST = 60  # factorisations of a patch on its way: 10 pulls of `biorob2018` took 13 to 51
 _DAMPED, _MORE, _TOO_STIFF = 0.1, 4.0, 100.0  # least damping [shear moduli], how it grows, and its end
 _RISES, _FALLS = 1.5, 0.3  # of f_I in a step: damping grows beyond the one, and shrinks below the other
+_LEAST_J, _LEAST = 0.5, 2.0**-8  # of J, what a step of a patch leaves, and of a step; by 0.2 of J it lost 7 of 11 pulls
 _SMALL, _LEFT = 5e-3, 0.1  # of the load's size, f_I at which B moves on; of |f_O|, f_I at its end
 _SHORTEN, _SHORTEST = 0.3, 0.05  # of a step, each time and at most: three tries
 _FALL, _CALM = 0.1, 0.05  # of a step's part, by which |f_O| has to fall; of the load's size, |f_O| that may rise
@@ -92,28 +93,33 @@ def relaxed(body: Bonded, patch: Patch, start: tuple[Array, Array], end: Array, 
         pushed = forces + summed(mesh.dofs, (stiffness @ step[mesh.dofs][..., None])[..., 0], len(step))
         step[inner] = factor.solve(-pushed[inner])
         volume = known.J - laws.swelling + (kinematics(known.F).H * gradients(mesh, step)).sum(axis=-1)
-        part = _part(patch, here, step, MIN_J_KEPT * min(float(known.J.min()), 1.0))
+        part = _part(patch, here, step, _LEAST_J * min(float(known.J.min()), 1.0))
         here, p = here + part * step, p + part * (laws.K * volumes(mesh, volume) - p)
         left, before = left * (1.0 - part * moves), np.inf if moves * part else size
-        damped = max(_MORE * damped, _DAMPED) if before == size and part < 1.0 else damped
+        damped = _stiffer(damped) if before == size and part < 1.0 else damped
     return Relaxed(here, p, 1.0 - left)
 
 
 def _part(patch: Patch, here: Array, step: Array, least: float) -> float:
     """Return the part of a step, halved and halved again, up to which a patch keeps J > `least`; 0 if little."""
     part = 1.0
-    while part > _SHORTEST and not deformed(patch.mesh, here + part * step).J.min() > least:
+    while part > _LEAST and not deformed(patch.mesh, here + part * step).J.min() > least:
         part *= 0.5
-    return part * (part > _SHORTEST)
+    return part * (part > _LEAST)
 
 
 def _damping(damped: float, size: float, before: float) -> float:
     """Return the damping after a step with |f_I| after and before it."""
     if size > _RISES * before:
-        return max(_MORE * damped, _DAMPED)
+        return _stiffer(damped)
     if size < _FALLS * before:
         return damped / _MORE if damped > _DAMPED / _MORE else 0.0
     return damped
+
+
+def _stiffer(damped: float) -> float:
+    """Return more damping, up to the largest one."""
+    return min(max(_MORE * damped, _DAMPED), _TOO_STIFF)
 
 
 def _stable(

@@ -114,10 +114,25 @@ class Levels:
         """Length of the packed states of the first two levels."""
         return self.fine.size + self.coarse.size
 
+    @cached_property
+    def without_first(self) -> Levels:
+        """The family from its second level on, of the same layers."""
+        return replace(
+            self, terms=self.terms[1:], cells=lambda level: self.cells(level + 1),
+            maker=lambda level: self.maker(level + 1), carrier=lambda level: self.carrier(level + 1),
+            changed=lambda sensor, level: self.changed(sensor, level + 1), rested=self.rested - 1,
+        )
+
+    @property
+    def edges_alone(self) -> bool:
+        """Whether the first two levels differ in the cells at the edges alone, and show one term of two."""
+        return bool(np.any(self.terms[1, 1:] == self.terms[0, 1:]))
+
     def _made(self, make: Callable[[int], Bonded], level: int) -> Bonded:
         """Return the layer of a level, which knows what parts of coarser cells lie at its rims, if those are cut."""
-        cuts = level > 0 and self.terms[level, 0] != self.terms[level - 1, 0]
-        return replace(make(level), cut=partial(self._cut, level) if cuts else None)
+        body = make(level)
+        cuts = level > 0 and body.cut is None and self.terms[level, 0] != self.terms[level - 1, 0]
+        return replace(body, cut=partial(self._cut, level)) if cuts else body
 
     def _cut(self, level: int) -> Mask | None:
         """Whether a cell is a part of one at a rim of the level before, (c,); None where that is unknown."""
@@ -146,8 +161,14 @@ class Levels:
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=opened)
 
     def early(self, values: Sequence[Array], along: Mask, *, pressed: bool) -> Limit:
-        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel."""
+        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.
+
+        What two levels that differ at the edges alone do not show counts as much as what they do.
+        """
         found = extrapolated(values, self.terms[:2], pressed=pressed, early=np.where(along, EARLY, self.sideways))
+        if self.edges_alone:
+            found.parts[1] = values[1] - values[0]
+            found = found._replace(error=found.error + np.abs(found.parts[1]))
         if pressed or self.least == 0.0:
             return found
         return found._replace(error=np.maximum(found.error, self.least * self.terms[1, 0] * np.abs(found.value)))
@@ -158,19 +179,24 @@ class Levels:
         return len(self.fine.mesh.axes) == 3 and second**2 < _CREASED * first
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
-        """Return the limit of the levels before one as that one leaves it at best: parts shrunk as the terms are.
+        """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.
 
-        Or as a later one leaves it, the `last`.
+        From three levels on the limit moves by half of what is taken off the parts. A third level that is the first to
+        show both terms leaves them less unsure, too.
         """
         ratios, parts = self.terms[last or level] / self.terms[level - 1], np.zeros_like(limit.parts)
-        own = min(level - 1, len(ratios))
-        parts[:own] = limit.parts[:own] * ratios[:own, None]
+        terms = slice(len(ratios))
+        parts[terms] = limit.parts[terms] * ratios[:, None]
+        if level == 2 and self.edges_alone:
+            parts *= _UNSURE / EARLY
+        if level > 2:
+            parts[-1] = _UNSURE * ratios.max() * np.abs(limit.parts[terms] - parts[terms]).sum(axis=0)
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Families of meshes of a layer, each made on demand."""
+    """Families of meshes of a layer, each made on demand; numbers beyond theirs are those without first levels."""
 
     sensor: Sensor
     scales: Scales
@@ -184,7 +210,18 @@ class Line:
         object.__setattr__(self, "makers", tuple(cache(maker) for maker in self.makers))
 
     def __getitem__(self, number: int) -> Levels:
-        return self.makers[number]()
+        count = len(self.makers)
+        return self.makers[number]() if number < count else self.makers[number - count]().without_first
+
+    def without_first(self, number: int) -> int | None:
+        """Return the number of a family without its first level; None where less than two levels would be left."""
+        levels = self[number]
+        left = number < len(self.makers) and len(levels) > PAIR and levels.check_memory(2) is None
+        return number + len(self.makers) if left else None
+
+    def in_contact(self, number: int) -> bool:
+        """Whether a family has contact that another one does without."""
+        return number % len(self.makers) >= PAIR
 
     @property
     def auto(self) -> bool:

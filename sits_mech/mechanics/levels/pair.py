@@ -2,7 +2,8 @@
 
 The first level follows the path, the second comes to rest under the same load, or follows it as far. A limit that the
 first one found gets its error from the second. Where the second level cannot follow a load that the first one carries,
-it may come to rest from there, cells at rims eliminated (equilibrium/elimination.py).
+it may come to rest from there, cells at rims eliminated (equilibrium/elimination.py). Where the first level alone
+buckles, or turns, the second goes on, and the third comes to rest in its place: pulls stretch coarse cells so far.
 """
 
 from __future__ import annotations
@@ -55,6 +56,7 @@ class Pair(NamedTuple):
     number: int  # of the family
     states: tuple[State, State]  # of the first level and the second, under one load
     first: Outcome  # of the first level on its path
+    second: Outcome  # of the second, as far as it was followed
     part: float = 1.0  # of the path at which the states are
     reason: PathEnd = PathEnd.NONE
     limit: tuple[float, float] | None = None  # largest load as a fraction of the path, with its error, if there is one
@@ -110,20 +112,47 @@ def second_look(
         goal = begin + fine.reached * (end - begin)
         rest_below = advance(levels.coarse, coarse_start, path((begin, goal)), smallest=smallest).state
     why = (there if there.limit is not None or first.reached == 1.0 else first).reason
-    return Pair(number, (rest_below, fine.state), first, fine.reached, why, carried(first, there), begin)
+    return Pair(number, (rest_below, fine.state), first, there, fine.reached, why, carried(first, there), begin)
 
 
 def from_first(line: Line, number: int, control: Control, first: Outcome) -> Pair | None:
-    """Bring the second level to rest from the first level's, cells at rims eliminated; None where it does not rest."""
+    """Bring the second level to rest from the first level's; None where it does not rest."""
     levels, (held, goal) = line[number], aim(line[number].fine, line.scales, control)
-    body, enough = levels.fine, _SETTLES * levels.fine.length(first.state.q)
-    start = None if body.patch is None else prolonged(levels, 1, first.state)
+    found = _from_before(levels, first.state, Path((0.0 * goal, goal), held, control.held[3:]))
+    return None if found is None else Pair(number, (first.state, found.state), first, found)
+
+
+def beyond_first(line: Line, control: Control, pair: Pair) -> Pair | None:
+    """Bring the second and the third level to rest under a load at which the first one alone is unstable.
+
+    `pair`: of the first two, at the largest load of the first. From there the third level goes on; None where it does
+    not get to the load, or there is none.
+    """
+    number = line.without_first(pair.number)
+    if number is None:
+        return None
+    levels, (held, goal) = line[number], aim(line[number].fine, line.scales, control)
+    path = partial(Path, held=held, out_of_plane=control.held[3:])
+    midway = pair.begin + pair.part * (goal - pair.begin)
+    found = _from_before(levels, pair.states[1], path((0.0 * goal, midway)))
+    begun = (unloaded(levels.fine), 0.0 * goal) if found is None else (replace(found.state, iterations=0), midway)
+    there = advance(levels.fine, begun[0], path((begun[1], goal)), smallest=_LOOK)
+    return None if there.reason else Pair(number, (pair.second.state, there.state), pair.second, there)
+
+
+def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
+    """Bring the second level to rest from a state of the first, cells at rims eliminated; None where it does not rest.
+
+    The state is at the end of the path.
+    """
+    body, goal, held = levels.fine, path.goals[-1], path.held
+    start = None if body.patch is None else prolonged(levels, 1, state)
+    enough = _SETTLES * body.length(state.q)
     if start is None or (near := nearly_at_rest(body, start, goal, held, enough, eliminating=True)).reason:
         return None
-    path = Path((0.0 * goal, goal), held, control.held[3:])
     found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))
-    state = replace(found.state, iterations=near.state.iterations + found.state.iterations)
-    return None if found.reason else Pair(number, (first.state, state), first)
+    spent = near.state.iterations + found.state.iterations
+    return None if found.reason else replace(found, state=replace(found.state, iterations=spent))
 
 
 def refined_answer(line: Line, pair: Pair, control: Control) -> Solved:

@@ -2,7 +2,8 @@
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
-where neither does, the farther one gives the largest load (equilibrium/limit.py).
+where neither does, the farther one gives the largest load (equilibrium/limit.py). A first level that buckles under a
+load that the second carries is left out: the answer is that of the second and the third (pair.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
 the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
@@ -15,7 +16,7 @@ data.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +30,15 @@ from sits_mech.mechanics.levels.answer import aim, enlarged, starts, whole_error
 from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.load_path import along, depends_on_path
-from sits_mech.mechanics.levels.pair import Pair, Solved, first_look, from_first, refined_answer, second_look
+from sits_mech.mechanics.levels.pair import (
+    Pair,
+    Solved,
+    beyond_first,
+    first_look,
+    from_first,
+    refined_answer,
+    second_look,
+)
 from sits_mech.mechanics.levels.words import WORDS, carried_note, carried_words, given_words, wrench_words
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
@@ -50,16 +59,16 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
         return _with_friction(line, controls)
     if (beyond := overload_refusal(line, start, control)) is not None:
         return beyond
-    for begin, numbers in _tries(start, control):
+    for begin, numbers in _tries(line, start, control):
         pair = _on(line, numbers, begin, control)
-        touches = line.auto and pair.number < PAIR and _faces(line, pair).touch
+        touches = line.auto and not line.in_contact(pair.number) and _faces(line, pair).touch
         solved = _in_contact(line, pair, begin, control) if touches else refined_answer(line, pair, control)
         if solved.part == 1.0:
             break
     return solved
 
 
-def _tries(start: Equilibrium | None, control: Control) -> list[tuple[Equilibrium | None, range]]:
+def _tries(line: Line, start: Equilibrium | None, control: Control) -> list[tuple[Equilibrium | None, range]]:
     """Return the starts, and the families tried from each: the neighbour's in contact, those without, these from rest.
 
     Families before the neighbour's own are left out where the load goes on from its own, or out of the plane.
@@ -67,7 +76,7 @@ def _tries(start: Equilibrium | None, control: Control) -> list[tuple[Equilibriu
     if start is None:
         return [(None, range(PAIR))]
     number = int(start.state[0]) if start.state.size else -1
-    in_contact = [(start, range(number, number + 1))] if number >= PAIR else []
+    in_contact = [(start, range(number, number + 1))] if number >= 0 and line.in_contact(number) else []
     onwards = control.given.items() <= vars(start.wrench).items() or control.out_of_plane != ()
     first = number if 0 <= number < PAIR and onwards else 0
     from_rest = [] if control.out_of_plane else [(None, range(PAIR))]
@@ -103,14 +112,31 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
             tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
-    for number in (each for each in numbers if looks[each].reached == 1.0):
+    for number in (each for each in numbers if eliminates(line, each, looks[each])):
         there = from_first(line, number, control, looks[number])
         if there is not None:
             return there
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
-    return second_look(line, number, start, control, looks[number], _SMALLEST[1])
+    farthest = second_look(line, number, start, control, looks[number], _SMALLEST[1])
+    return _beyond(line, start, control, looks) or farthest if farthest.second.reached == 1.0 else farthest
+
+
+def _beyond(line: Line, start: Equilibrium | None, control: Control, looks: Mapping[int, Outcome]) -> Pair | None:
+    """Return the rest by the second and the third level of the first family that gets there, if one does."""
+    for number, look in looks.items():
+        pair = second_look(line, number, start, control, look, _SMALLEST[1])
+        there = beyond_first(line, control, pair) if pair.second.reached == 1.0 else None
+        if there is not None:
+            return there
+    return None
+
+
+def eliminates(line: Line, number: int, look: Outcome) -> bool:
+    """Whether a first level is at its goal, without faces that touch: with contact no cells are eliminated."""
+    apart = not line.auto or line.in_contact(number) or not line[number].coarse.touching(look.state).touch
+    return look.reached == 1.0 and apart
 
 
 def _faces(line: Line, pair: Pair) -> FaceContact:

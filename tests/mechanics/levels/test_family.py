@@ -113,14 +113,29 @@ def test_rims_that_crease_take_no_third_level():
     assert [levels.creased(pair) for pair in steps] == [True, False, False]
 
 
+def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
+    """Those of a family without its first; the third, divided inside, shows the limit of both terms."""
+    whole = family("box")
+    levels = whole.without_first
+    assert levels.coarse is whole.fine and levels.carrier(1) is whole.carrier(2) and levels.rested == whole.rested - 1
+    assert levels.edges_alone and not whole.edges_alone
+    values = list(LIMIT + levels.terms[:3] @ np.stack([FIRST, SECOND]))
+    two, alone = (each.early(values[:2], np.ones(3, dtype=bool), pressed=False) for each in (levels, whole))
+    assert np.all(two.error >= 2.0 * levels.terms[1, 0] * np.abs(FIRST) + np.abs(values[1] - values[0]) * (1 - 1e-9))
+    assert two.parts[1] == pytest.approx(values[1] - values[0]) and np.all(alone.parts[1] == 0.0)
+    np.testing.assert_allclose(levels.limit(values).value, LIMIT)
+
+
 @pytest.mark.parametrize("level", [2, 3])
 def test_what_a_level_promises_is_what_known_terms_leave(level):
-    """Without what it moves; the fourth level is not divided at the edge, and leaves what its term adds."""
+    """The fourth level, not divided at the edge, leaves what its term adds, and moves by half of what it takes off."""
     levels = family("box")
     values = list(LIMIT + levels.terms[: level + 1] @ np.stack([FIRST, (level - 2) * SECOND]))
     before, there = levels.limit(values[:level]), levels.limit(values)
     foreseen, own = levels.foreseen(before, level), level - 1
-    np.testing.assert_allclose(foreseen.parts[own:], 0.0)
+    np.testing.assert_allclose(foreseen.parts[own:2], 0.0)
+    taken = 0.0 if level == 2 else np.abs(before.parts[:2]).sum(axis=0) - np.abs(foreseen.parts[:2]).sum(axis=0)
+    np.testing.assert_allclose(foreseen.parts[2], 0.5 * taken, atol=1e-15)
     kept = (before if level == 2 else there).parts[0] * (0.25 if level == 2 else 1.0)
     np.testing.assert_allclose(foreseen.parts[0], kept, rtol=1e-9)
     np.testing.assert_allclose(foreseen.error, np.abs(foreseen.parts).sum(axis=0))

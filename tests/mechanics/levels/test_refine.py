@@ -1,5 +1,6 @@
 """Refinement: levels until it is enough, states from the level before, what further levels say of the target."""
 
+from dataclasses import replace
 from itertools import count
 from types import SimpleNamespace
 
@@ -38,6 +39,17 @@ def test_levels_are_measured_until_it_is_enough(wanted, most, held, found, note)
 
 def test_what_ends_by_itself_is_not_measured_further():
     assert refine(SimpleNamespace(check_memory=lambda _: None), iter("ab"), lambda _: False, 9) == (["a", "b"], None)
+
+
+def test_the_third_level_of_a_pull_is_reached_from_the_second():
+    """By 4 N, to 1.4 times the thickness: cells at rims were squeezed to J = 0.006 on their way, and left there."""
+    levels, load = pad_family(load_sensor("biorob2018"))[0], np.zeros(3)
+    load[1] = -4.0 / (2.0 * 14943.0 * 2e-3**2)  # of half a pad, over the shear modulus and the thickness squared
+    state = advance(levels.fine, rest(levels.fine), Path((0.0 * load, load))).state
+    start = prolonged(levels, 2, state)
+    assert state.q[1] == pytest.approx(0.385, abs=0.01) and start is not None and start.min_J > 0.4
+    (there,) = finer(replace(levels, rested=3), (rest(levels.coarse), state), (np.zeros(3, dtype=bool), load), False)
+    assert levels.fine.length(there.off) < 0.05 * state.q[1] and 0.001 < there.state.q[1] - state.q[1] < 0.01
 
 
 @pytest.mark.slow

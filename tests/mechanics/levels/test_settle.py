@@ -28,6 +28,27 @@ def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch
     assert calls == list(range(4))
 
 
+@pytest.mark.slow
+def test_a_pull_that_only_the_coarsest_mesh_does_not_carry_is_answered():
+    """The first level buckles at 6 N. NGSolve, Q3/P2 on base cells in two parts, Q2/P1 in three: 2.188 and 2.107 mm."""
+    found = block_pad(load_sensor("biorob2018"), 1e-2).equilibrium(Wrench(F_z=-7.0))
+    assert abs(found.pose.d_v - 2e-3 - 2.188e-3) <= found.error.d_v <= 0.03 * 2.188e-3
+    assert found.report.estimated_error < 0.03
+
+
+def test_no_cells_are_eliminated_where_contact_is_tried_next():
+    """A thick pad whose side folds on the ground: with contact 0.7 N, 0.9 N rests, elimination without took 10 s."""
+    scene = (
+        'elastomer={width="8 mm", length="8 mm", thickness="4 mm",'
+        ' material={law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="1.49 MPa"}}',
+        'target.width="5 mm"', 'target.length="5 mm"',
+    )
+    for more, eliminated in (((), False), (('elastomer.contact="never"',), True)):
+        line, control = block_pad(load_sensor("biorob2018", [*scene, *more]), 1e-2).half, under(Wrench(0.7, 0.9))
+        look = first_look(line, 0, None, control)
+        assert look.reached == 1.0 and settle.eliminates(line, 0, look) is eliminated
+
+
 def test_a_path_takes_its_share_of_the_limit_of_time(monkeypatch):
     """An increment more at most; where one increment takes longer than the limit it is refused before."""
     pad = block_pad(load_sensor("biorob2018-w15"), 1e-2)
