@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 66_940, "core lines": 37_430, "tokens": 575_700, "named numbers": 683, "branching functions": 90,
+    "lines": 67_620, "core lines": 37_980, "tokens": 581_000, "named numbers": 688, "branching functions": 90,
     "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 110, "entered in the plane": 117,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

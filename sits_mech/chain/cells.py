@@ -39,6 +39,7 @@ from sits_mech.scene.parts import Conductor, Plate
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.threads import one_thread
+from sits_mech.units import SceneError
 
 FORCES = ("F_z", "F_x", "F_y")
 """Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
@@ -105,7 +106,7 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     Raises
     ------
     ValueError
-        When memory does not hold the pad.
+        For a load that is no press, and when memory does not hold the pad.
 
     Examples
     --------
@@ -116,6 +117,8 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     >>> found.reads, round(float(found.total[0, 0, 1, 0]), 2)  # B pressed, A reads
     (('F_z',), -0.05)
     """
+    if not 0.0 < load < np.inf:
+        raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
     began = time.process_time()
     cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
     rows = np.abs(signal_weights(cells.sensor)).max(axis=1) > _ROUNDING

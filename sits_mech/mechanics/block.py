@@ -205,7 +205,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     """Make a family with or without a guard; coarser meshes have a larger contact depth."""
     shape = pad_shape(sensor)
     chosen = [each for each in FINENESS if not (each[1] and crosses(shape))]
-    sizes = [float(split) for split, _ in chosen]
+    sizes, _ = zip(*chosen, strict=True)
 
     def made_of(scene: Sensor, level: int) -> Solid:
         """Make a level of a scene."""

@@ -5,9 +5,8 @@ About the undeformed state the motions of n targets and the wrenches on them are
     q_i = sum_j C_ij f_j,      C = (T^T K T)^-1,      C_ij = C_ji^T,
 
 K the stiffness that is left when all displacements but the bonded ones are eliminated, T = du_bonded/dq, six columns a
-target (element/target.py). C_ij with i != j is what the silicone carries from cell to cell. Half of what the pad under
-one pressed target moves sideways goes on under the next: a neighbour rises and tilts towards the pressed one; beyond
-some three thicknesses nothing is left of that in an incompressible layer.
+target (element/target.py). C_ij with i != j is what the silicone carries from cell to cell: what a press pushes out
+under the sides of a target lifts those around it, by 11 % of its sinking half a thickness away, by 2 % two thicknesses.
 
 Mesh: a tensor grid on the box, with lines through every side of every target, graded towards it from both sides, as
 pad/shapes.py has them beside one target. Its levels are those of one pad (block.py), so that one target in the middle

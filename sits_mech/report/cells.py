@@ -57,7 +57,7 @@ def cells_figure(found: CellCrosstalk) -> Figure:
     """Draw the pad with its cells from above, and which F_z each reads by F_z on another."""
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)
     percent = np.where(own, np.nan, 100.0 * found.total[:, 0, :, 0])
-    with new_figure(0.5, columns=2, width=2.0 * COLUMN) as (figure, (plan, matrix)):
+    with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, matrix)):
         _draw_plan(plan, found.cells)
         most = float(np.nanmax(np.abs(percent)))
         matrix.imshow(percent, cmap="RdBu", vmin=-2.0 * most, vmax=2.0 * most)  # pale enough for black numbers

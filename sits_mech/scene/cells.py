@@ -23,8 +23,8 @@ from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 
 _LEFT_OUT = ("cover", "conductors", "touch", "substrate_radius")
-_MOST = 9
-_CLEAR = 1e-3  # thicknesses between two targets, for a line of cells between
+_MOST = 9  # cells of a pad
+_CLEAR = 1e-3  # thicknesses between two targets, so that there are cells between them
 
 
 class Cell(BaseModel):
@@ -100,26 +100,31 @@ class Cells(BaseModel):
         twice = [name for name in self.names if self.names.count(name) > 1]
         if twice:
             raise SceneError(f"targets must have a name of their own each; got {twice[0]!r} twice")
-        target, pad = self.parts
-        size = np.array(target.extent)
-        for cell in self.targets:
-            over = np.abs(cell.centre) + size / 2.0 - np.array(pad.extent) / 2.0
-            if over.max() > 1e-9 * size.max():
-                raise SceneError(
-                    f"targets.{cell.name} must lie on the pad, {' x '.join(map(mm, pad.extent))}; got a target that "
-                    f"reaches {mm(float(over.max()), 3)} over its side along {'xy'[int(over.argmax())]}"
-                )
-        for one, other in combinations(self.targets, 2):
-            away = np.abs(np.subtract(one.centre, other.centre))
-            if np.all(away - size < _CLEAR * pad.thickness):
-                raise SceneError(
-                    f"targets.{one.name} and targets.{other.name} overlap: their centres must be more than "
-                    f"{mm(target.extent[0])} apart along x or {mm(target.extent[1])} along y; got "
-                    f"{mm(float(away[0]))} and {mm(float(away[1]))}"
-                )
+        _check_places(self.targets, *self.parts)
         every = [self.coils_at(np.array(cell.centre), f"{cell.name}.") for cell in self.targets]
         check_parts([coil for coils in every for coil in coils], None, None, (), None)
         return self
+
+
+def _check_places(cells: Sequence[Cell], target: Target, pad: Elastomer) -> None:
+    """Refuse targets beside the pad and those that overlap."""
+    size = np.array(target.extent)
+    apart = size + _CLEAR * pad.thickness
+    for cell in cells:
+        over = np.abs(cell.centre) + size / 2.0 - np.array(pad.extent) / 2.0
+        if over.max() > 1e-9 * size.max():
+            raise SceneError(
+                f"targets.{cell.name} must lie on the pad, {' x '.join(map(mm, pad.extent))}; got a target that "
+                f"reaches {mm(float(over.max()), 3)} over its side along {'xy'[int(over.argmax())]}"
+            )
+    for one, other in combinations(cells, 2):
+        away = np.abs(np.subtract(one.centre, other.centre))
+        if np.all(away < apart):
+            (x, y), got = map(mm, apart.tolist()), " and ".join(map(mm, away.tolist()))
+            raise SceneError(
+                f"targets.{one.name} and targets.{other.name} overlap: their centres must be at least {x} apart along "
+                f"x or {y} along y; got {got}"
+            )
 
 
 @checked_arguments

@@ -79,8 +79,11 @@ def test_a_press_that_small_strain_does_not_hold_is_said(scene):
     assert "finite strain: not bounded where a cell is pressed by 10 N" in list(last.columns[1].cells)
 
 
-def test_commands_of_one_target_name_the_one_of_several(scene, capsys):
+def test_what_is_refused_takes_one_line(scene, capsys, monkeypatch):
     assert run(["pose", str(scene), "--fz", "1 N"]) == 2
     assert "targets must be left out here: `sits-mech cells` solves scenes of several" in capsys.readouterr().err
+    monkeypatch.undo()
+    assert run(["cells", str(scene), "--load", "0 N"]) == 2
+    assert "load: must be a press above 0 N; got 0 N" in capsys.readouterr().err
     assert run(["cells", "biorob2018"]) == 2
     assert "targets must be given, [[targets]] with name and centre of each" in capsys.readouterr().err

@@ -29,8 +29,8 @@ def test_a_cell_is_the_scene_without_its_places():
 
 
 @pytest.mark.parametrize(("keys", "place", "line"), [
-    ([], {"x": "2 mm"}, "targets.A and targets.B overlap: their centres must be more than 8 mm apart along x or 8 mm "
-     "along y; got 7 mm and 0 mm"),
+    ([], {"x": "2 mm"}, "targets.A and targets.B overlap: their centres must be at least 8.002 mm apart along x or "
+     "8.002 mm along y; got 7 mm and 0 mm"),
     ([], {"x": "3 mm"}, "got 8 mm and 0 mm"),  # flush targets would be one
     ([], {"x": "6.5 mm"}, "targets.B must lie on the pad, 20 mm x 20 mm; got a target that reaches 0.5 mm over its "
      "side along x"),
