@@ -12,8 +12,9 @@ target, and is called mechanical; the rest comes through fields, from targets th
 S_ii is that of a cell alone. S_ik is solved with both targets, the other one k moving: eddy currents in the cell's own
 target, which shields its coils, cut it to a quarter at 1.2 widths of pitch. It takes the coarsest division of plates
 (`sheets`); how far that is off all divisions show for the nearest pair, relative to the largest slope, and counts for
-all. A third target is left out: it changes S_ik of next neighbours by 1 to 4 % (1.2 widths), which counts as 5 %, and
-more distant ones, a hundred times smaller, by up to three quarters: those count whole in the error.
+all. A third target is left out: it changes S_ik of next neighbours by up to 2 % of the largest slope at 1.2 widths and
+at 1.06, which counts as 5 %, and more distant ones, a hundred times smaller, by up to three quarters: those count whole
+in the error.
 
 Left out: finite strain, by its first correction of a cell's own sinking; idle coils of other cells, and cells that are
 driven at one time.
@@ -165,7 +166,7 @@ def _signal_slopes(cells: Cells, rows: Mask, tolerance: float) -> tuple[Array, A
     def slopes(x: float, y: float, single: bool = True) -> Array:
         """Return the slopes of a cell's signals, at (x, y) from the target that moves, (r, 6)."""
         scene = _pair(cells, pose, (x, y)) if (x, y) != (0.0, 0.0) else sensor
-        model = replace(alone, sensor=scene, single=single and scene is not sensor)
+        model = replace(alone, sensor=scene, single=single and scene is not sensor, steady=True)
         places = Pose.of(pose.components[None])
         _, by_pose, _ = pose_slopes(scene, model, places, sensor.frequency, POSE)
         return np.asarray(weights @ np.diagonal(by_pose[0], axis1=0, axis2=1).T)

@@ -81,7 +81,7 @@ def test_a_neighbour_that_is_moved_by_hand_changes_a_coil_as_its_slopes_say(comp
         scene = pair.sensor.model_copy(update={"elastomer": None, "conductors": (
             Conductor(name="B", centre=(9.6e-3 + x, 0.0, d_v + z), alpha=alpha, **shape_of(pair)),
         )})
-        read.append(sheets(scene, 1e-2).impedance(REST, scene.frequency).L[0, 0])
+        read.append(sheets(scene, 1e-3).impedance(REST, scene.frequency).L[0, 0])
     by_hand = (read[0] - read[1]) / (2.0 * step)
     assert S == pytest.approx(by_hand, abs=off) and off < 0.1 * by_hand
 
