@@ -101,3 +101,12 @@ def test_third_targets_change_slopes_by_no_more_than_their_share():
         among[seen] = (up - down) / 4e-5
     assert np.all(np.abs(among - S)[1:] < off[1:])
     assert abs(among[2] / S[2] - 1.0) > 0.05 > abs(among[1] / S[1] - 1.0)  # so that a share is needed, and which
+
+
+@pytest.mark.slow
+def test_slopes_go_on_where_another_preparation_serves_a_gap():
+    """At 2 mm, as wide as coils are deep: change of preparation has no part in differences, which was a slope twice."""
+    wide, rows = ONE.replace("turns=5", "turns=12"), np.array([True, False, False])
+    each = [_signal_slopes(on_x(half, wide, 'elastomer.width="30 mm"'), rows, 0.1)[0] for half in (5e-3, 5.02e-3)]
+    before, after = (S[0, 0, 1, :3] for S in each)
+    assert np.all(np.abs(after / before - 1.0) < 0.05)
