@@ -126,10 +126,11 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     reads = tuple(name for name, row in zip(FORCES, rows, strict=True) if row)
     pad, (S, off) = cells_pad(cells, tolerance), _signal_slopes(cells, rows, tolerance)
     limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
-    C = pad.compliances[-1][..., _places(FORCES)]
-    least = np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C[..., : len(reads)])))
-    missed = np.einsum("irs,iskp,kpjw->irjw", np.abs(least), off, np.abs(C))
     mechanical, total = limit.value
+    C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
+    least = np.abs(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
+    missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
+    missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
     took = time.process_time() - began
     return CellCrosstalk(
         cells, reads, mechanical, total - mechanical, limit.error[1] + missed, load, pad.softening(load), took

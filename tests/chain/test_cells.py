@@ -66,6 +66,7 @@ def test_a_row_along_y_is_one_along_x():
     other = cell_crosstalk(cells([(0.0, -4.8e-3), (0.0, 4.8e-3)], f"coils=[{', '.join(turned)}]"), 0.1)
     assert one.reads == ("F_z", "F_x") and other.reads == ("F_z", "F_y")
     assert other.total[..., [0, 2]] == pytest.approx(one.total[..., :2], abs=1e-4)
+    assert other.error[..., [0, 2]] == pytest.approx(one.error[..., :2], rel=0.05)
 
 
 @pytest.mark.slow
