@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.batch.run import open_sweep
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
+    from sits_mech.chain.cells import cell_crosstalk
     from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model
     from sits_mech.chain.plan import plan
@@ -27,21 +28,23 @@ if TYPE_CHECKING:
     from sits_mech.readout.crosstalk import crosstalk, sensitivity
     from sits_mech.report.folder import read_calibration
     from sits_mech.report.shown import show
+    from sits_mech.scene.cells import load_cells
     from sits_mech.scene.sensor import SceneError, Sensor, catalogue, load_sensor, save_sensor
     from sits_mech.synthesis.run import design
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "adapt", "calibrate",
-    "catalogue", "compare", "crosstalk", "design", "envelope", "export_calibration", "gradient", "invert",
-    "load_sensor", "magnetic_model", "mechanical_model", "open_sweep", "plan", "quality", "read_calibration",
-    "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum", "sweep",
-    "terminal_calibration",
+    "catalogue", "cell_crosstalk", "compare", "crosstalk", "design", "envelope", "export_calibration", "gradient",
+    "invert", "load_cells", "load_sensor", "magnetic_model", "mechanical_model", "open_sweep", "plan", "quality",
+    "read_calibration", "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes", "spectrum",
+    "sweep", "terminal_calibration",
 ]
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration", "terminal_calibration"),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
+    "chain.cells": ("cell_crosstalk",),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
     "export.calibrations": ("adapt", "compare", "export_calibration", "invert", "quality"),
@@ -53,6 +56,7 @@ _HOMES = {
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),
     "readout.crosstalk": ("crosstalk", "sensitivity"),
     "report.shown": ("show",),
+    "scene.cells": ("load_cells",),
     "scene.sensor": ("SceneError", "Sensor", "catalogue", "load_sensor", "save_sensor"),
     "analysis.spectrum": ("spectrum",),
     "batch.run": ("open_sweep",),

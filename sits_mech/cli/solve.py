@@ -1,4 +1,4 @@
-"""Commands that solve one sensor: pose, inductance, simulate, envelope."""
+"""Commands that solve one sensor: pose, inductance, simulate, envelope; cells of several targets."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from sits_mech.cli.options import (
     Overrides,
     Picture,
     Place,
+    Quantity,
     Scene,
     Tolerance,
     Warmth,
@@ -36,7 +37,7 @@ from sits_mech.cli.options import (
 )
 from sits_mech.cli.timed import in_time
 from sits_mech.status import flags_of
-from sits_mech.units import SceneError, frequency_range
+from sits_mech.units import SceneError, frequency_range, quantity
 
 if TYPE_CHECKING:
     from sits_mech.quantities import Wrench
@@ -250,4 +251,31 @@ def envelope(
         write_text(folder / "envelope.json", json_text(record) + "\n")
         save_figure(envelope_figure(found, sensor.name), folder / "envelope.png")
         warn(f"written to {folder}")
+    return 0
+
+
+@app.command
+def cells(
+    scene: Scene, *, tolerance: Tolerance = 1e-2,
+    load: Annotated[Quantity, Parameter(help="A press for which the share of finite strain is told.")] = "1 N",
+    picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+) -> int:
+    """What does a cell read when its neighbour is pressed: crosstalk of several targets on one pad, [[targets]].
+
+    Example: sits-mech cells fingertip.toml --set 'targets.B.centre.0="6 mm"' --picture cells.png
+    """
+    from sits_mech.report.folder import checked_picture
+
+    drawn, press = None if picture is None else checked_picture(picture, "--picture"), quantity(load, "N", "--load")
+
+    from sits_mech.chain.cells import cell_crosstalk
+    from sits_mech.report.cells import cells_figure, cells_record, cells_tables
+    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.scene.cells import load_cells
+
+    found = cell_crosstalk(load_cells(scene, overrides.all), tolerance, press)
+    answer(cells_record(found), cells_tables(found), as_json)
+    if drawn is not None:
+        save_figure(cells_figure(found), drawn)
+        warn(f"written to {drawn}")
     return 0

@@ -149,7 +149,8 @@ def bonded_plate(sensor: Sensor, degree: int = DEGREE) -> BondedPlate:
     weighed = some * areas[:, None]
     plane[: some.shape[1]] = np.linalg.solve(weighed.T @ some, weighed.T @ _shapes(target, degrees, places).value)
     made = BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, np.zeros((0, 0)))
-    shapes = made.heights(t * body.X[:, :2])[:, 6:]
+    shapes = np.zeros((*body.bonded.shape, len(degrees)))
+    shapes[:, -1] = made.heights(t * body.X[:, :2])[:, 6:]
     loads, lengths = (np.append(each, np.full(len(degrees), each[1])) for each in (scales.loads, scales.lengths))
     pad = bonded_stiffness(body, rest(body), shapes, even) * np.outer(loads, 1.0 / lengths)
     return BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, pad)

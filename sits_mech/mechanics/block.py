@@ -62,8 +62,9 @@ from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread, single_thread
 from sits_mech.units import checked_tolerance
 
+FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))
+"""Parts of a base cell and further layers at edges, by level."""
 _GUARDS = (0.0, 5.0)  # on J, in the order they are tried
-_FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))  # parts of a base cell, further layers at edges; by level
 _RESTED = 4  # of them, for a load at finite strain: minutes and more a load on finer ones
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
@@ -203,13 +204,13 @@ def pad_family(sensor: Sensor) -> tuple[Levels, float]:
 def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     """Make a family with or without a guard; coarser meshes have a larger contact depth."""
     shape = pad_shape(sensor)
-    chosen = [each for each in _FINENESS if not (each[1] and crosses(shape))]
-    split, layers = np.array(chosen, dtype=float).T
+    chosen = [each for each in FINENESS if not (each[1] and crosses(shape))]
+    sizes, _ = zip(*chosen, strict=True)
 
     def made_of(scene: Sensor, level: int) -> Solid:
         """Make a level of a scene."""
         parts, more = chosen[level]
-        own = contact_depth(depth, split, level)
+        own = contact_depth(depth, sizes, level)
         return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more)
 
     made = cache(partial(made_of, sensor))
@@ -236,13 +237,17 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
         along, across, through = cells_of(shape, parts, GRADING, more)
         return along, (2 if whole else 1) * across, through
 
-    order = 2.0 * GRADING * shape.exponent
-    terms = np.column_stack([(split * 2.0**layers) ** -order, split**-_INSIDE])
     sideways = EARLY if shape.flush or crosses(shape) else _WITHIN
     return Levels(
-        terms, cells, lambda level: made(level).body, carrier, _SHARE, cache_changes(changed), _RESTED, _OPENS,
-        sideways, _LEAST
+        terms_of(chosen, shape.exponent), cells, lambda level: made(level).body, carrier, _SHARE,
+        cache_changes(changed), _RESTED, _OPENS, sideways, _LEAST
     )
+
+
+def terms_of(fineness: Sequence[tuple[int, int]], exponent: float) -> Array:
+    """Return the terms of levels at edges, by the displacements' exponent there, and away from them: `Levels.terms`."""
+    split, layers = np.array(fineness, dtype=float).T
+    return np.column_stack([(split * 2.0**layers) ** (-2.0 * GRADING * exponent), split**-_INSIDE])
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -123,6 +123,14 @@ class Sensor(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
+    def _one_target(cls, given: Any) -> Any:
+        """Refuse a scene of several targets."""
+        if isinstance(given, Mapping) and "targets" in given:
+            raise SceneError("targets must be left out here: `sits-mech cells` solves scenes of several targets")
+        return given
+
+    @model_validator(mode="before")
+    @classmethod
     def _pillars_under_the_target(cls, given: Any) -> Any:
         """Let pillars fill what is under the target unless the scene says otherwise."""
         layer, target = (given.get(key) for key in ("elastomer", "target")) if isinstance(given, Mapping) else (0, 0)
@@ -242,13 +250,18 @@ def load_sensor(source: str | Path, overrides: Sequence[str] = ()) -> Sensor:
     >>> sm.load_sensor("biorob2018", ['target.width="10 mm"']).target.width
     0.01
     """
+    return sensor_from(scene_tables(source, overrides), str(source))
+
+
+def scene_tables(source: str | Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the tables of a scene file, or of one of the catalogue, with keys changed; raises as `load_sensor`."""
     files = _catalogue_files()
     path = files.get(str(source), Path(source))
     if path.suffix != ".toml" and "\0" not in str(source) and not path.exists():
         raise SceneError(
             f"{shown(str(source))[1:-1]}: no such file; a scene of the catalogue {unknown(str(source), files)}"
         )
-    return sensor_from(overridden(_found(read_toml(path), path.parent), overrides), str(source))
+    return overridden(_found(read_toml(path), path.parent), overrides)
 
 
 def load_beside(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sensor:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sits_mech.inputs import quantity_schema
+from sits_mech.scene.cells import Cell
 from sits_mech.scene.coils import SHAPES, Coil
 from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import NOT_BESIDE, Elastomer, Layer
@@ -61,6 +62,9 @@ def scene_schema() -> Schema:
     found |= {"Silicone": _silicone(), **material_table("neo-hookean").model_json_schema()["$defs"]}
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
+    found["Cell"] = with_descriptions(Cell.model_json_schema(), Cell)
+    places = {"description": "Where targets stand with their coils, for sits-mech cells."}
+    whole["properties"]["targets"] = list_schema({"$ref": "#/$defs/Cell"}, minItems=2) | places
     return whole
 
 

@@ -707,7 +707,7 @@ def test_a_command_of_another_package(calibrated: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     ["catalog", "doctor", "schema", "explain", "pose", "inductance", "simulate", "envelope", "calibrate", "fit", "view",
-     "new", "import"],
+     "new", "import", "cells"],
 )
 def test_every_help_has_its_example(capsys: Capture, command: str) -> None:
     """One example each."""

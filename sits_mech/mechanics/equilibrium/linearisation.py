@@ -155,14 +155,14 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
 
 
 def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Array:
-    """Return the stiffness on the motion q and on upward `shapes` (n, m) of the bonded nodes, shape (6 + m, 6 + m).
+    """Return the stiffness on the motion q and on `shapes` (n, d, m) of the bonded nodes, shape (6 + m, 6 + m).
 
     `even` tells which shapes are even in y; what a body neither frees nor hides is zero. Raises ValueError where it is
     singular.
     """
-    made, m = _linearised(body, here, residuals_of(body, here)), shapes.shape[1]
+    made, m = _linearised(body, here, residuals_of(body, here)), shapes.shape[-1]
     T = np.pad(made.T, ((0, 0), (0, m)))
-    T[: body.bonded.size].reshape(*body.bonded.shape, -1)[:, -1, 6:] = shapes
+    T[: body.bonded.size, 6:] = shapes.reshape(-1, m)
     made, k = made._replace(T=T, turning=np.pad(made.turning, (0, m))), body.components
     own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
     parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]

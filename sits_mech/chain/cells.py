@@ -1,0 +1,193 @@
+"""What does a cell read when its neighbour is pressed: crosstalk between cells on one pad, in newton per newton.
+
+About rest, with s_i the signals of cell i (readout/signals.py), S_ik their derivatives by the pose of target k and C_kj
+those of its pose by the force on target j (mechanics/cells.py), s_i = sum_j G_ij f_j with
+
+    G_ij = sum_k S_ik C_kj,      X_ij = G_ii^-1 G_ij,
+
+and X_ij f_j are the forces that cell i reads by its own calibration: one force a signal, F_z of dL_v, F_x of dL_x and
+F_y of dL_y; G_ii is square. Of X_ij the part G_ii^-1 S_ii C_ij comes through the silicone, which moves the cell's own
+target, and is called mechanical; the rest comes through fields, from targets that move beside the coils: magnetic.
+
+S_ii is that of a cell alone. S_ik is solved with both targets, the other one k moving: eddy currents in the cell's own
+target, which shields its coils, cut it to a quarter at 1.2 widths of pitch. It takes the coarsest division of plates
+(`sheets`); how far that is off all divisions show for the nearest pair, relative to the largest slope, and counts for
+all. A third target is left out: it changes S_ik of next neighbours by up to 2 % of the largest slope at 1.2 widths and
+at 1.06, which counts as 5 %, and more distant ones, a hundred times smaller, by up to three quarters: those count whole
+in the error.
+
+Left out: finite strain, by its first correction of a cell's own sinking; idle coils of other cells, and cells that are
+driven at one time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from sits_mech.arguments import checked_arguments
+from sits_mech.chain.propagation import levers, signal_weights, unloaded_pose
+from sits_mech.magnetics.pose_slopes import pose_slopes
+from sits_mech.magnetics.sheets import sheets
+from sits_mech.mechanics.cells import cells_pad
+from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose
+from sits_mech.scene.cells import Cells
+from sits_mech.scene.parts import Conductor, Plate
+from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
+from sits_mech.threads import one_thread
+from sits_mech.units import SceneError
+
+FORCES = ("F_z", "F_x", "F_y")
+"""Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
+_BESIDE, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
+_NEXT = 1.01  # times the smallest distance of two targets
+_ROUNDING = 1e-9  # of weights of signals
+
+
+@dataclass(frozen=True)
+class CellCrosstalk:
+    """What n cells read per newton on each; made by `cell_crosstalk`.
+
+    Attributes
+    ----------
+    cells : Cells
+        The scene.
+    reads : tuple of str
+        The forces that a cell reads, r of `FORCES`.
+    mechanical, magnetic : ndarray
+        What comes through the silicone and through fields, shape (n, r, n, 3): cell that reads, force that it reads,
+        cell under a force, which of `FORCES` [N/N].
+    error : ndarray
+        Estimated error of their sum, in the same shape [N/N].
+    load, finite_strain : float
+        A press [N], and the share by which it changes how far a cell sinks per newton, left out of all figures;
+        infinite where one compliance does not hold under it.
+    seconds : float
+        Processor time.
+    """
+
+    cells: Cells
+    reads: tuple[str, ...]
+    mechanical: Array
+    magnetic: Array
+    error: Array
+    load: float
+    finite_strain: float
+    seconds: float
+
+    @property
+    def total(self) -> Array:
+        """What cells read per newton, shape (n, r, n, 3); ones where a cell reads the force on itself [N/N]."""
+        return self.mechanical + self.magnetic
+
+
+@checked_arguments
+@one_thread
+def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellCrosstalk:
+    """Return what each cell reads per newton on each other one, at small loads.
+
+    Parameters
+    ----------
+    cells : Cells
+        From `load_cells`.
+    tolerance : float
+        Asked relative error of how far a force moves its own target, and of what coils see of it.
+    load : float
+        Press for which `finite_strain` is told [N].
+
+    Returns
+    -------
+    CellCrosstalk
+
+    Raises
+    ------
+    ValueError
+        For a load that is no press, and when memory does not hold the pad.
+
+    Examples
+    --------
+    >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
+    >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
+    >>> found = sm.cell_crosstalk(sm.load_cells("biorob2018", [f"targets={places}", *one]))
+    >>> found.reads, round(float(found.total[0, 0, 1, 0]), 2)  # B pressed, A reads
+    (('F_z',), -0.05)
+    """
+    if not 0.0 < load < np.inf:
+        raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
+    began = time.process_time()
+    cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
+    rows = np.abs(signal_weights(cells.sensor)).max(axis=1) > _ROUNDING
+    reads = tuple(name for name, row in zip(FORCES, rows, strict=True) if row)
+    pad, (S, off) = cells_pad(cells, tolerance), _signal_slopes(cells, rows, tolerance)
+    limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
+    mechanical, total = limit.value
+    C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
+    least = np.abs(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
+    missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
+    missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
+    took = time.process_time() - began
+    return CellCrosstalk(
+        cells, reads, mechanical, total - mechanical, limit.error[1] + missed, load, pad.softening(load), took
+    )
+
+
+def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
+    """Return the mechanical crosstalk and the whole, (n, r, n, 3), by slopes of signals and a compliance."""
+    whole = np.einsum("irkp,kpjw->irjw", S, C)
+    silicone = np.einsum("irp,ipjw->irjw", _own(S), C)
+    own = np.linalg.inv(_own(whole)[..., _places(reads)])
+    through, every = (np.einsum("irs,isjw->irjw", own, each[..., _places(FORCES)]) for each in (silicone, whole))
+    return through, every
+
+
+def _own(of_pairs: Array) -> Array:
+    """Return what is of each cell itself, (n, r, m), of what is of all pairs, (n, r, n, m)."""
+    return np.asarray(np.einsum("irim->irm", of_pairs))
+
+
+def _places(forces: Sequence[str]) -> list[int]:
+    """Return where forces stand in a wrench."""
+    return [WRENCH.index(name) for name in forces]
+
+
+def _signal_slopes(cells: Cells, rows: Mask, tolerance: float) -> tuple[Array, Array]:
+    """Return S of the module docstring and its error, shape (n, r, n, 6) [H/m, H/rad]."""
+    sensor, centres = cells.sensor, cells.centres
+    weights, n = signal_weights(sensor)[rows], len(centres)
+    alone = sheets(sensor, tolerance)
+    pose, lever = unloaded_pose(sensor), levers(sensor)
+
+    @cache
+    def slopes(x: float, y: float, single: bool = True) -> Array:
+        """Return the slopes of a cell's signals, at (x, y) from the target that moves, (r, 6)."""
+        scene = _pair(cells, pose, (x, y)) if (x, y) != (0.0, 0.0) else sensor
+        model = replace(alone, sensor=scene, single=single and scene is not sensor, steady=True)
+        places = Pose.of(pose.components[None])
+        _, by_pose, _ = pose_slopes(scene, model, places, sensor.frequency, POSE)
+        return np.asarray(weights @ np.diagonal(by_pose[0], axis1=0, axis2=1).T)
+
+    away = np.round(centres[:, None] - centres, 12) + 0.0
+    distance = np.linalg.norm(away, axis=2) + np.where(np.eye(n, dtype=bool), np.inf, 0.0)
+    S = np.array([[slopes(*each) for each in line] for line in away.tolist()])
+    near = away[np.unravel_index(distance.argmin(), distance.shape)].tolist()
+    exact, coarse = (slopes(*near, single) / lever for single in (False, True))
+    missed = np.abs(exact - coarse).max() / np.abs(exact).max()
+    third = np.where(distance < _NEXT * distance.min(), _BESIDE, _BEYOND) if n > 2 else np.zeros((n, n))
+    off = (missed + third)[..., None, None] * lever * np.abs(S / lever).max(axis=3, keepdims=True)
+    off[np.diag_indices(n)] = alone.impedance(pose, sensor.frequency).report.estimated_error * np.abs(S[0, 0])
+    return S.swapaxes(1, 2), off.swapaxes(1, 2)
+
+
+def _pair(cells: Cells, pose: Pose, place: tuple[float, float]) -> Sensor:
+    """Return a cell's coils and its target, fixed at a place from the target that moves, at rest."""
+    sensor, (target, _) = cells.sensor, cells.parts
+    own = {key: getattr(target, key) for key in Plate.model_fields}
+    plate = Conductor(name="own target", centre=(*place, float(pose.d_v) + target.thickness / 2.0), **own)
+    coils = cells.coils_at(np.array(place))
+    return sensor.model_copy(update={"coils": coils, "elastomer": None, "conductors": (plate,)})

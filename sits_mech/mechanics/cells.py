@@ -1,0 +1,171 @@
+"""Move several rigid targets that are bonded on one pad, at small strain.
+
+About the undeformed state the motions of n targets and the wrenches on them are one linear system,
+
+    q_i = sum_j C_ij f_j,      C = (T^T K T)^-1,      C_ij = C_ji^T,
+
+K the stiffness that is left when all displacements but the bonded ones are eliminated, T = du_bonded/dq, six columns a
+target (element/target.py). C_ij with i != j is what the silicone carries from cell to cell: what a press pushes out
+under the sides of a target lifts those around it, by 11 % of its sinking half a thickness away, by 2 % two thicknesses.
+
+Mesh: a tensor grid on the box, with lines through every side of every target, graded towards it from both sides, as
+pad/shapes.py has them beside one target. Its levels are those of one pad (block.py), so that one target in the middle
+has the same mesh. Unknowns: displacements of the whole pad [thicknesses]. Error: of the levels' limit
+(levels/family.py). Neglected: finite strain, whose first correction `softening` returns; contact of free faces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from sits_mech.geometry.meshing.bricks import PlateOutline, box_bricks
+from sits_mech.mechanics.block import FINENESS, terms_of
+from sits_mech.mechanics.element.mesh import BRICK, solid_mesh
+from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
+from sits_mech.mechanics.equilibrium.body import Bonded, rest
+from sits_mech.mechanics.equilibrium.linearisation import bonded_stiffness
+from sits_mech.mechanics.equilibrium.newton import correction
+from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.pad.shapes import GRADING, beside_lines, graded, lines_through, low_corner, under_lines
+from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
+from sits_mech.mechanics.pad.stack import interfaces
+from sits_mech.quantities import Array, Mask, Wrench
+from sits_mech.scene.cells import Cells
+from sits_mech.threads import one_thread
+from sits_mech.units import checked_tolerance
+
+_ONE = 1e-4  # thicknesses: sides of targets that are closer have one line
+
+
+@dataclass(frozen=True, eq=False)
+class CellsPad:
+    """The compliances of several targets on one pad; made by `cells_pad`."""
+
+    cells: Cells
+    levels: Levels
+    compliances: tuple[Array, ...]
+    """Of each level d(pose)/d(wrench), (n, 6, n, 6), in the order of `Pose` and `Wrench` [m, rad per N, N m]."""
+
+    @one_thread
+    def softening(self, F_z: float) -> float:
+        """Return the first Newton correction of how far a press [N] moves a cell, over that; the neighbours at rest."""
+        body, scales = self.levels.coarse, pad_scales(self.cells.sensor, 1.0)
+        on, X = _on_targets(self.cells, body)[0]
+        own = replace(body, bonded=body.bonded[on], X=X, components=3, shared=None)
+        away, _ = correction(own, scales.load(Wrench(F_z=F_z))[:3])
+        return float(abs(away[1] * scales.thickness / (self.compliances[0][0, 1, 0, 1] * F_z)))
+
+
+@one_thread
+def cells_pad(cells: Cells, tolerance: float = 1e-2) -> CellsPad:
+    """Return the compliances of a scene's targets; levels are added until their own ones are exact to `tolerance`.
+
+    Raise ValueError where memory does not hold the first two levels.
+    """
+    asked, n = checked_tolerance(tolerance), len(cells.targets)
+
+    def count(level: int) -> tuple[int, ...]:
+        """Return the cells of a level along each axis."""
+        x, y, z = map(len, _lines(cells, *FINENESS[level]))
+        return x - 1, y - 1, z - 1
+
+    def made(level: int) -> Bonded:
+        """Make a level."""
+        return cells_body(cells, *FINENESS[level])
+
+    levels = Levels(terms_of(FINENESS, 0.5), count, made, lambda level: None, share=0.0)  # sides within a face
+
+    def enough(found: list[Array]) -> bool:
+        """Whether the error of the cells' own compliances is as asked."""
+        limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C in found])
+        return float(np.max(limit.error / np.abs(limit.value))) <= asked
+
+    measured = (_compliance(cells, levels.maker(level)) for level in range(len(levels)))
+    found, _ = refine(levels, measured, enough, len(levels))
+    return CellsPad(cells, levels, tuple(found))
+
+
+def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
+    """Return the whole pad with all its targets bonded; parts of a base cell and layers as in `bonded_block`."""
+    mesh, basis = solid_mesh(box_bricks(*_lines(cells, split, layers))[0], BRICK)
+    z, ends = mesh.nodes[:, 2], _ends(cells)
+    top = (z > 1.0 - 1e-9) & np.any([_within(own, mesh.nodes) for own in ends], axis=0)
+    where = np.stack([z < 1e-9, top, np.zeros(len(z), dtype=bool)])
+    half_x, half_y = np.ptp(ends[0], axis=0) / 2.0
+    own = numbered(mesh, where, basis, PlateOutline(half_x, half_y, False), half=False)
+    return solid(cells.sensor, own, 0.0, 0.0).body
+
+
+def _compliance(cells: Cells, body: Bonded) -> Array:
+    """Return d(pose)/d(wrench) of all targets by one body, (n, 6, n, 6)."""
+    target, pad = cells.parts
+    n = len(cells.targets)
+    T = np.zeros((*body.bonded.shape, n, 6))
+    for k, (on, X) in enumerate(_on_targets(cells, body)):
+        T[on, :, k] = bonded_tangent(X, np.zeros(6))
+    shapes = T.reshape(*body.bonded.shape, 6 * n)
+    K = bonded_stiffness(body, rest(body), shapes, np.ones(6 * n, dtype=bool))[6:, 6:]
+    scales, height = pad_scales(cells.sensor, 1.0), target.load_height / pad.thickness
+    work = np.stack([work_of_load(unit, height, np.zeros(6)) for unit in np.eye(6)], axis=1)
+    C = np.linalg.inv(K).reshape(n, 6, n, 6) @ (work / scales.loads)
+    return np.asarray(C * scales.lengths[:, None, None])
+
+
+def _ends(cells: Cells) -> Array:
+    """Return the least and the largest x and y of each target, shape (n, 2, 2) [thicknesses]."""
+    target, pad = cells.parts
+    half = 0.5 * np.array(target.extent)
+    return np.stack([cells.centres - half, cells.centres + half], axis=1) / pad.thickness
+
+
+def _within(ends: Array, places: Array) -> Mask:
+    """Return which places (n, 3) are under a target between ends (2, 2)."""
+    low, high = ends
+    return np.asarray(np.all((places[:, :2] > low - 2.0 * _ONE) & (places[:, :2] < high + 2.0 * _ONE), axis=1))
+
+
+def _on_targets(cells: Cells, body: Bonded) -> list[tuple[Mask, Array]]:
+    """Return of each target which bonded nodes are its own, and these from its centre."""
+    each = [(_within(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in _ends(cells)]
+    return [(on, body.X[on] - centre) for on, centre in each]
+
+
+def _lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Array]:
+    """Return the lines of the pad along x, y and z [thicknesses]."""
+    _, pad = cells.parts
+    ends, half = _ends(cells), 0.5 * np.array(pad.extent) / pad.thickness
+    x, y = (_lines_across(ends[:, :, k], float(half[k]), (split, GRADING, layers)) for k in (0, 1))
+    around, whole = (PlateOutline(size[0], size[1], False) for size in (np.abs(ends).max(axis=(0, 1)), half))
+    return x, y, lines_through(split, GRADING, low_corner(around, whole), layers, interfaces(pad))
+
+
+def _lines_across(ends: Array, half: float, way: tuple[int, float, int]) -> Array:
+    """Return the lines along an axis of a pad from -half to half, over targets between `ends` (n, 2)."""
+    sides = [-half]
+    for side in np.sort(ends.ravel()).tolist():
+        sides += [side] if sides[-1] + _ONE < side < half - _ONE else []
+    lines = [np.array(sides[:1])]
+    for low, high in pairwise([*sides, half]):
+        covered = bool(np.any((ends[:, 0] < (low + high) / 2.0) & ((low + high) / 2.0 < ends[:, 1])))
+        lines.append(low + _segment(high - low, covered, (low > -half, high < half), way)[1:])
+    return np.concatenate(lines)
+
+
+def _segment(length: float, covered: bool, singular: tuple[bool, bool], way: tuple[int, float, int]) -> Array:
+    """Return the lines of a segment from its lower end (0): below targets, or beside them, which ends are singular.
+
+    A narrow gap is graded to the two targets alone: halfway there is no side of the pad.
+    """
+    half = length / 2.0
+    if covered:
+        own = under_lines(half, *way)
+        return half + np.concatenate([-own[:0:-1], own])
+    if all(singular):
+        own = beside_lines(half, *way) if half > 1.0 else half * graded(*way)
+        return np.concatenate([own, length - own[-2::-1]])
+    own = beside_lines(length, *way)
+    return own if singular[0] else length - own[::-1]

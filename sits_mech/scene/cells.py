@@ -1,0 +1,163 @@
+"""Define cells on one pad: a scene whose target, with its coils, stands at several places.
+
+`[[targets]]` of a scene file says where; all other keys are those of one cell, its coils about their target's centre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, model_validator
+
+from sits_mech.arguments import checked_arguments
+from sits_mech.inputs import FORM, checked
+from sits_mech.quantities import Array
+from sits_mech.scene.apart import check_parts
+from sits_mech.scene.bounds import Name, Point
+from sits_mech.scene.coils import Coil
+from sits_mech.scene.sensor import Elastomer, Sensor, Target, scene_tables, sensor_from
+from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
+
+_LEFT_OUT = ("cover", "conductors", "touch", "substrate_radius")
+_MOST = 9  # cells of a pad
+_CLEAR = 1e-3  # thicknesses between two targets, so that there are cells between them
+
+
+class Cell(BaseModel):
+    """Where a target stands on the pad.
+
+    Attributes
+    ----------
+    name : str
+        One name per cell.
+    centre : (x, y)
+        Of the target, from the middle of the pad [m].
+    """
+
+    model_config = FORM
+    name: Name
+    centre: Point
+
+
+class Cells(BaseModel):
+    """Two to nine alike cells on one pad; read by `load_cells`.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        One cell alone, in the middle of the pad.
+    targets : tuple of Cell
+        Where its target stands, with its coils.
+    """
+
+    model_config = FORM
+    sensor: Sensor
+    targets: tuple[Cell, ...]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the cells in their order."""
+        return [cell.name for cell in self.targets]
+
+    @property
+    def centres(self) -> Array:
+        """Where the targets stand, shape (n, 2) [m]."""
+        return np.array([cell.centre for cell in self.targets])
+
+    @property
+    def parts(self) -> tuple[Target, Elastomer]:
+        """Target and pad; SceneError where these are no rectangles on a box in one piece."""
+        target, pad = self.sensor.target, self.sensor.elastomer
+        if target is None or pad is None:
+            missing = "target" if target is None else "elastomer"
+            raise SceneError(f"{missing} must be given for cells on a pad; it is missing")
+        if target.shape != "rectangle":
+            raise SceneError(f'target.shape must be "rectangle" where several stand on one pad; got "{target.shape}"')
+        if pad.kind != "box" or pad.mesh is not None:
+            got = pad.kind if pad.mesh is None else f"mesh {pad.mesh}"
+            raise SceneError(f"elastomer must be a box under several targets; got {got}")
+        return target, pad
+
+    def coils_at(self, place: Array, name: str = "") -> tuple[Coil, ...]:
+        """Return the coils of a cell whose target's centre is at a place (x, y) [m]; `name` goes before theirs."""
+        return tuple(
+            coil.model_copy(update={"name": name + coil.name, "centre": tuple((place + coil.centre).tolist())})
+            for coil in self.sensor.coils
+        )
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Cells:
+        """Refuse cells that cannot stand on one pad."""
+        for key in _LEFT_OUT:
+            if getattr(self.sensor, key):
+                raise SceneError(f"{key} must be left out with [[targets]]; it is there")
+        if not 2 <= len(self.targets) <= _MOST:
+            raise SceneError(f"targets must be two to {_MOST}; got {len(self.targets)}")
+        twice = [name for name in self.names if self.names.count(name) > 1]
+        if twice:
+            raise SceneError(f"targets must have a name of their own each; got {twice[0]!r} twice")
+        _check_places(self.targets, *self.parts)
+        every = [self.coils_at(np.array(cell.centre), f"{cell.name}.") for cell in self.targets]
+        check_parts([coil for coils in every for coil in coils], None, None, (), None)
+        return self
+
+
+def _check_places(cells: Sequence[Cell], target: Target, pad: Elastomer) -> None:
+    """Refuse targets beside the pad and those that overlap."""
+    size = np.array(target.extent)
+    apart = size + _CLEAR * pad.thickness
+    for cell in cells:
+        over = np.abs(cell.centre) + size / 2.0 - np.array(pad.extent) / 2.0
+        if over.max() > 1e-9 * size.max():
+            raise SceneError(
+                f"targets.{cell.name} must lie on the pad, {' x '.join(map(mm, pad.extent))}; got a target that "
+                f"reaches {mm(float(over.max()), 3)} over its side along {'xy'[int(over.argmax())]}"
+            )
+    for one, other in combinations(cells, 2):
+        away = np.abs(np.subtract(one.centre, other.centre))
+        if np.all(away < apart):
+            (x, y), got = map(mm, apart.tolist()), " and ".join(map(mm, away.tolist()))
+            raise SceneError(
+                f"targets.{one.name} and targets.{other.name} overlap: their centres must be at least {x} apart along "
+                f"x or {y} along y; got {got}"
+            )
+
+
+@checked_arguments
+def load_cells(source: str | Path, overrides: Sequence[str] = ()) -> Cells:
+    """Read a scene of several cells on one pad: a scene file with a table `[[targets]]` for each.
+
+    Parameters
+    ----------
+    source : str or Path
+        Path of a scene file, or a name of the catalogue.
+    overrides : sequence of str
+        Keys to change, such as ``'targets.B.centre.0="11 mm"'``.
+
+    Returns
+    -------
+    Cells
+        Checked.
+
+    Raises
+    ------
+    SceneError
+        One line: file, key, what it must be, what came.
+
+    Examples
+    --------
+    >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
+    >>> small = ['coils.C1.turns=4', 'coils.C2.turns=4', 'coils.C1.inner_diameter="1 mm"',
+    ...          'coils.C2.inner_diameter="1 mm"', 'coils.C1.centre.0="-2 mm"', 'coils.C2.centre.0="2 mm"']
+    >>> sm.load_cells("biorob2018", [f"targets={places}", *small]).names
+    ['A', 'B']
+    """
+    tables = scene_tables(source, overrides)
+    if "targets" not in tables:
+        raise SceneError(f"{source}: targets must be given, [[targets]] with name and centre of each; it is missing")
+    sensor = sensor_from({key: part for key, part in tables.items() if key != "targets"}, str(source))
+    return checked(Cells, {"sensor": sensor, "targets": tables["targets"]}, "scene", str(source))

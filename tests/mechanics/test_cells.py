@@ -1,0 +1,97 @@
+"""Several targets on one pad: one of them as solved before, reciprocity, far apart, and another code."""
+
+import numpy as np
+import pytest
+
+from sits_mech.mechanics.cells import _compliance, cells_body, cells_pad
+from sits_mech.mechanics.element.target import work_of_load
+from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
+from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
+from sits_mech.quantities import Wrench
+from sits_mech.scene.cells import Cell, Cells, load_cells
+from sits_mech.scene.sensor import load_sensor
+
+COIL = (
+    'coils=[{name="C", centre=[0, 0], turns=4, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]'
+)
+FLIPPED = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])  # F_z presses, d_v rises
+
+
+def pair(half, *keys):
+    places = f'targets=[{{name="A", centre=[{-half}, 0]}}, {{name="B", centre=[{half}, 0]}}]'
+    return load_cells("biorob2018", [COIL, places, 'target.load_height="0 mm"', *keys])
+
+
+def limit(found):
+    n = len(found.cells.targets)
+    of = found.levels.limit([C.ravel() for C in found.compliances])
+    return of.value.reshape(n, 6, n, 6), of.error.reshape(n, 6, n, 6)
+
+
+@pytest.mark.parametrize("fineness", [(1, 0), (2, 1)])
+def test_one_target_is_as_it_is_alone(fineness):
+    sensor = load_sensor("biorob2018", ['elastomer.width="14 mm"', 'target.load_height="1 mm"'])
+    cells = Cells.model_construct(sensor=sensor, targets=(Cell(name="A", centre=(0.0, 0.0)),))
+    split, layers = fineness
+    C, _ = small_strain_compliance(bonded_block(sensor, split, whole=True, layers=layers).body)
+    work = np.stack([work_of_load(unit, 0.5, np.zeros(6)) for unit in np.eye(6)], axis=1)
+    scales = pad_scales(sensor, 1.0)
+    alone = scales.lengths[:, None] * (C @ work) / scales.loads
+    found = _compliance(cells, cells_body(cells, *fineness))[0, :, 0]
+    assert np.abs(found - alone).max(axis=1) == pytest.approx(0.0, abs=1e-9 * np.abs(alone).max())
+    assert found == pytest.approx(alone, rel=1e-9, abs=1e-11 * np.abs(alone).max())
+
+
+def test_what_one_cell_does_to_another_it_does_back():
+    """Also of targets that stand askew, so that their lines cross each other's."""
+    cells = load_cells("biorob2018", [
+        COIL, 'targets=[{name="A", centre=["-5 mm", "-1 mm"]}, {name="B", centre=["5 mm", "2 mm"]}]',
+        'target.load_height="0 mm"',
+    ])
+    C = _compliance(cells, cells_body(cells, 1, 0)) * FLIPPED[:, None, None]
+    size = np.sqrt(np.einsum("irir->ir", C))
+    scaled = C / (size[..., None, None] * size)
+    assert scaled == pytest.approx(scaled.transpose(2, 3, 0, 1), abs=1e-10)
+    assert np.linalg.eigvalsh(scaled.reshape(12, 12)).min() > 0.0
+
+
+def test_two_cells_far_apart_are_two_sensors():
+    wide = pair(16e-3, 'elastomer.width="64 mm"')
+    value, error = limit(cells_pad(wide))
+    own = np.sqrt(np.abs(np.einsum("irir->ir", value)))
+    assert np.abs(value[0, :, 1] / np.outer(own[0], own[1])).max() < 1e-4  # mm of cells there
+    alone = linear_pad(load_sensor("biorob2018", ['elastomer.width="32 mm"', 'target.load_height="0 mm"']))
+    for k, load in enumerate((Wrench(F_x=1e-4), Wrench(F_z=1e-4))):
+        found = alone.equilibrium(load)
+        moved = found.pose.d_h if k == 0 else found.pose.d_v - 2e-3
+        off = found.error.components[k] + 1e-4 * error[0, k, 0, k]
+        assert 1e-4 * value[0, k, 0, k] == pytest.approx(moved, abs=off) and off < 0.02 * abs(moved)
+
+
+# studies/common/ngsolve_cells.py, edges of 0.125 mm: mu C of (d_h, d_z, alpha) of A, then B, by forces on A [mm, N]
+OTHER_CODE = np.array([
+    [0.017618, 0.000117, -0.00056264], [0.000117, 0.0017629, 1.3835e-05], [-0.00056264, 1.3835e-05, 0.00054708],
+    [0.0022024, -0.00051095, 0.00022509], [0.00051120, -0.00014250, 7.0664e-05], [0.00022524, -7.0682e-05, 3.5705e-05],
+])
+
+
+def test_a_pair_at_a_pitch_of_1_2_widths_moves_as_by_another_code():
+    """The neighbour and what moves a cell itself within 2 %, but for the little that its neighbour does to it."""
+    soft = 'elastomer.material={law="neo-hookean", shear_modulus="10 kPa", bulk_modulus="10 MPa"}'
+    value, error = limit(cells_pad(pair(4.8e-3, 'elastomer.width="30 mm"', soft)))
+    unit = np.array([1.0, 1.0, 1e-3])[:, None] * np.array([1.0, -1.0, 1e-3]) * 1e-3 * 10e3  # mm, upward, over mu
+    own, other = (value[k, :3, 0, :3] * unit for k in (0, 1))
+    assert other == pytest.approx(OTHER_CODE[3:], rel=0.02)
+    assert np.diag(own) == pytest.approx(np.diag(OTHER_CODE), rel=0.02)
+    assert own[0, 2] == pytest.approx(OTHER_CODE[0, 2], rel=0.02)
+    assert error[1, 1, 0, 1] < 0.02 * abs(value[1, 1, 0, 1])
+
+
+def test_softening_is_what_small_strain_leaves_out():
+    """A press of 1 N on 20 x 20 x 2 mm is 8 % stiffer at finite strain (block) than at rest."""
+    found = cells_pad(pair(5e-3), 0.1)
+    assert found.softening(1.0) == pytest.approx(0.082, abs=0.02)
+    assert found.softening(0.1) == pytest.approx(0.1 * found.softening(1.0), rel=0.15)
+    assert found.softening(50.0) == np.inf

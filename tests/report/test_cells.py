@@ -1,0 +1,89 @@
+"""Crosstalk between cells as it is shown: a record, tables, a picture; and the command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from sits_mech.chain import cells as chain
+from sits_mech.cli.main import run
+from sits_mech.report.cells import cells_tables
+from sits_mech.scene.cells import load_cells
+
+SCENE = """
+name = "two cells"
+frequency = "5 MHz"
+[[coils]]
+name = "C"
+centre = [0, 0]
+turns = 5
+layers = 2
+inner_diameter = "1 mm"
+track_width = "0.1 mm"
+track_gap = "0.1 mm"
+track_thickness = "35 um"
+layer_pitch = "85 um"
+[target]
+material = "copper"
+shape = "rectangle"
+width = "8 mm"
+length = "8 mm"
+thickness = "0.2 mm"
+[elastomer]
+material = "ecoflex-00-30"
+width = "30 mm"
+length = "20 mm"
+thickness = "2 mm"
+[[targets]]
+name = "left"
+centre = ["-5 mm", 0]
+[[targets]]
+name = "right"
+centre = ["5 mm", 0]
+"""
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    """A scene of two cells, and crosstalk that takes no time."""
+    path = tmp_path / "cells.toml"
+    path.write_text(SCENE)
+    mechanical = np.zeros((2, 1, 2, 3))
+    mechanical[0, 0, :, 0], mechanical[1, 0, :, 0] = (1.0, -0.0801), (-0.0501, 1.0)
+    magnetic = np.where(mechanical == 1.0, 0.0, 1e-4)
+
+    def known(cells, tolerance, load):
+        strain = 0.083 if load < 5.0 else np.inf
+        return chain.CellCrosstalk(cells, ("F_z",), mechanical, magnetic, 0.002 + 0.0 * magnetic, load, strain, 1.0)
+
+    monkeypatch.setattr(chain, "cell_crosstalk", known)
+    return path
+
+
+def test_the_command_answers_in_tables_json_and_a_picture(scene, tmp_path, capsys):
+    drawn = tmp_path / "cells.png"
+    assert run(["cells", str(scene), "--load", "2 N", "--picture", str(drawn)]) == 0
+    told = capsys.readouterr()
+    assert "│ 8.00 +- 0.20 │" in told.out and "-8.00 +- 0.20" in told.out and "-5.00 +- 0.20" in told.out
+    assert "0.01 % at most" in told.out and "8.3 % of each figure where a cell is pressed by 2 N" in told.out
+    assert drawn.stat().st_size > 10_000 and f"written to {drawn}" in told.err
+    assert run(["cells", str(scene), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["cells"] == ["left", "right"] and record["forces"] == ["F_z", "F_x", "F_y"]
+    assert record["total"][0][0][1][0] == pytest.approx(-0.08) and record["load"] == 1.0
+
+
+def test_a_press_that_small_strain_does_not_hold_is_said(scene):
+    found = chain.cell_crosstalk(load_cells(scene), 1e-2, 10.0)
+    *_, last = cells_tables(found)
+    assert "finite strain: not bounded where a cell is pressed by 10 N" in list(last.columns[1].cells)
+
+
+def test_what_is_refused_takes_one_line(scene, capsys, monkeypatch):
+    assert run(["pose", str(scene), "--fz", "1 N"]) == 2
+    assert "targets must be left out here: `sits-mech cells` solves scenes of several" in capsys.readouterr().err
+    monkeypatch.undo()
+    assert run(["cells", str(scene), "--load", "0 N"]) == 2
+    assert "load: must be a press above 0 N; got 0 N" in capsys.readouterr().err
+    assert run(["cells", "biorob2018"]) == 2
+    assert "targets must be given, [[targets]] with name and centre of each" in capsys.readouterr().err

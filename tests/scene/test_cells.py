@@ -1,0 +1,57 @@
+"""Cells on one pad in scene files: what they are made of, lines that refuse others."""
+
+import numpy as np
+import pytest
+
+from sits_mech.scene.cells import load_cells
+from sits_mech.scene.sensor import SceneError, load_sensor
+
+COIL = (
+    'coils=[{name="C", centre=["1 mm", 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]'
+)
+
+
+def two(x="10 mm", y="0 mm"):
+    return f'targets=[{{name="A", centre=["-5 mm", "0 mm"]}}, {{name="B", centre=["{x}", "{y}"]}}]'
+
+
+def cells(*keys, x="5 mm", y="0 mm"):
+    return load_cells("biorob2018", [COIL, two(x, y), *keys])
+
+
+def test_a_cell_is_the_scene_without_its_places():
+    found = cells('targets.B.centre.0="5.5 mm"')
+    assert found.sensor == load_sensor("biorob2018", [COIL]) and found.names == ["A", "B"]
+    assert np.array_equal(found.centres, [[-5e-3, 0.0], [5.5e-3, 0.0]])
+    (coil,) = found.coils_at(found.centres[1], "B.")
+    assert coil.name == "B.C" and coil.centre == (6.5e-3, 0.0)
+
+
+@pytest.mark.parametrize(("keys", "place", "line"), [
+    ([], {"x": "2 mm"}, "targets.A and targets.B overlap: their centres must be at least 8.002 mm apart along x or "
+     "8.002 mm along y; got 7 mm and 0 mm"),
+    ([], {"x": "3 mm"}, "got 8 mm and 0 mm"),  # flush targets would be one
+    ([], {"x": "6.5 mm"}, "targets.B must lie on the pad, 20 mm x 20 mm; got a target that reaches 0.5 mm over its "
+     "side along x"),
+    (['coils.C.turns=30'], {}, "coils.A.C and coils.B.C overlap"),
+    (['targets.1.name="A"'], {}, "targets must have a name of their own each; got 'A' twice"),
+    (['targets=[{name="A", centre=[0, 0]}]'], {}, "targets must be two to 9; got 1"),
+    (['targets.A.width="3 mm"'], {}, "targets.A.width: the key must be one of"),
+    (['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}'], {},
+     'target.shape must be "rectangle" where several stand on one pad; got "disc"'),
+    (['elastomer={material="ecoflex-00-30", diameter="30 mm", thickness="2 mm"}'], {}, "elastomer must be a box under "
+     "several targets; got cylinder"),
+    (['touch={shape="sphere", radius="5 mm"}'], {}, "touch must be left out with .*targets"),
+])
+def test_cells_that_cannot_be_are_refused_in_one_line(keys, place, line):
+    with pytest.raises(SceneError, match=line) as caught:
+        cells(*keys, **place)
+    assert "\n" not in str(caught.value)
+
+
+def test_scenes_of_one_target_and_of_several_name_each_other():
+    with pytest.raises(SceneError, match="biorob2018: targets must be left out here: `sits-mech cells` solves"):
+        load_sensor("biorob2018", [COIL, two()])
+    with pytest.raises(SceneError, match=r"biorob2018: targets must be given, \[\[targets\]\] with name and centre"):
+        load_cells("biorob2018")
