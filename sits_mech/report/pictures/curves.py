@@ -179,7 +179,8 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
             label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
         every[0].set_ylabel(_short_label(up))
-        figure.suptitle(fill(f"crosstalk{by_models(data)}{', ' if held else ''}{_mathematics(held)}; lines: equal values", 58))
+        words = filter(None, (f"crosstalk{by_models(data)}", _mathematics(held)))
+        figure.suptitle(fill(f"{', '.join(words)}; lines: equal values", 58))
     return figure
 
 
