@@ -8,9 +8,9 @@ these and not with the load. With D_k = finer - first and e_k the finer answer's
     error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max |D_k|/E_k),
 
 everywhere: finer meshes overestimate their error as much as the first ones, of whose E_k the change shows a part. Of
-that, r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where the
-estimated error of the first meshes is a larger part of the displacement than at any load that was compared, r grows in
-proportion, at most to one: there the first meshes' error stands. Components that no load showed take the largest r.
+that, r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where E_k is
+larger than at any load that was compared, and than in proportion to the displacement, r_k grows by as much, at most to
+one: there the first meshes' error stands. Components that no load showed take the largest r.
 
 The first meshes overestimate the stretch at bonded edges: less one, the larger share of it that finer ones show at
 those loads is taken everywhere.
@@ -73,9 +73,7 @@ def corrected_loads(
     kept = np.minimum(1.0, _EFFECTIVE * shown) * finer_errors
     ratio = (np.abs(change - share * adds) + kept) / np.maximum(owns, 1e-300) * (owns > 0.0)
     ratio = np.where(np.any(owns > 0.0, axis=0), np.max(ratio, axis=0), np.max(ratio))
-    part = owned / np.maximum(size, 1e-300)  # of a displacement that meshes own to
-    beyond = np.maximum(1.0, part / np.max(part[list(told)]))[:, None]
-    ratio = np.maximum(ratio, np.minimum(1.0, ratio * beyond))
+    ratio = np.maximum(ratio, np.minimum(1.0, ratio * _beyond_compared(errors, owned, size, list(told))))
     above = _stretch_share([(rest, rests[k]) for k, rest in told.items()])
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
@@ -85,6 +83,18 @@ def corrected_loads(
         ))
         for k, (load, rest) in enumerate(good.items())
     }
+
+
+def _beyond_compared(errors: Array, owned: Array, size: Array, told: list[int]) -> Array:
+    """Return how many times more meshes own to than at the compared load that is nearest to it, shape (n, 6).
+
+    Each error (n, 6) over that of a compared load, all the more the displacement `size` (n,) is larger there; of a
+    component without an error there the largest of all, `owned` (n,).
+    """
+    known = errors[told] > 0.0
+    own, there = (np.where(known, each, one[..., None]) for each, one in (
+        (errors[:, None], owned[:, None]), (errors[told], owned[told])))
+    return np.asarray((own / there / np.maximum(1.0, size[:, None] / size[told])[..., None]).min(axis=1))
 
 
 def _stretch_share(pairs: list[tuple[Equilibrium, Equilibrium]]) -> float:
