@@ -55,11 +55,12 @@ class Aim:
     goal: Goal
     tolerance: float
     asked: float  # tolerance of the magnetic model, as for `loaded_model`
+    left_out: float = 0.0  # what the mechanical model leaves out, of full scale
 
     @property
     def left(self) -> float:
-        """The part of the tolerance that is left to the mechanics."""
-        return self.goal.left(self.tolerance)
+        """The part of the tolerance that is left to the numerics of the mechanics."""
+        return left_beside(self.left_out, self.goal.left(self.tolerance))
 
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Look:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
@@ -75,6 +76,11 @@ class Aim:
         if planned.error > SURE * self.tolerance:
             can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s, which best takes"
             raise SceneError(f"tolerance: must be one that can be reached at {where}; got {self.tolerance:g}: {can}")
+
+
+def left_beside(left_out: float, tolerance: float) -> float:
+    """Return what a tolerance leaves to numerics beside what is left out; all of it where that takes half or more."""
+    return tolerance - left_out if left_out < HALF * tolerance else tolerance
 
 
 def aim_at(

@@ -50,7 +50,6 @@ from sits_mech.scene.sensor import SceneError, Sensor, known_stretch
 from sits_mech.status import OK, flags_of, marked
 
 _LOG = logging.getLogger(__name__)
-_HALF = 0.5  # of a tolerance, that numerics are given at least beside what is left out: about a level of meshes
 _NO_PATH = "via: must be left out without elastomer.friction: the load path makes no difference"
 
 
@@ -137,25 +136,11 @@ def simulate(
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
     found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    own = _of_load(sensor, found.found, wrench, found.back)
-    (rest,) = with_omissions(sensor, [own])
-    numerics, whole = (0.0 if found.goal is None else found.goal.of(poses_of([each])) for each in (own, rest))
-    if (left := left_beside(numerics, whole, tolerance)) < tolerance:
-        found = aimed_rest(sensor, wrench, layer, (magnetics, left), symmetry_of(sensor), best=best)
-        (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
+    (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
     shown = simulated(sensor, found.field, rest)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
-
-
-def left_beside(numerics: float, whole: float, tolerance: float) -> float:
-    """Return what a tolerance leaves to numerics beside what is left out, both in a `whole` error that is too large.
-
-    The tolerance itself where it is kept, or less than half of it would be left.
-    """
-    left = tolerance - (whole - numerics)
-    return left if numerics <= tolerance < whole and left > _HALF * tolerance else tolerance
 
 
 def _flagged(
@@ -270,6 +255,8 @@ def aimed_rest(
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
         return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+    numerics, whole = (aim.goal.mechanics(poses_of(each)) for each in ([first], with_omissions(sensor, [first])))
+    aim = replace(aim, left_out=whole - numerics)
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))

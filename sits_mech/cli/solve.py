@@ -57,9 +57,10 @@ def pose(
     loads = [*via, load.wrench(sensor)]
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
+    from sits_mech.chain.aimed import left_beside
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.plan import omissions
-    from sits_mech.chain.simulate import at_rest, left_beside, rest_flags
+    from sits_mech.chain.simulate import at_rest, counted_omissions, rest_flags
     from sits_mech.description import sized
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
@@ -69,12 +70,9 @@ def pose(
     try:
         with solving(sensor, loads, tolerance, mechanics, None):
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
+            left_out = sized(item for item in counted_omissions(sensor, choice.name, loads[-1:]) if not item.held)
+            layer, _ = mechanical_model(sensor, choice.name, left_beside(left_out, tolerance), loads)
             found = at_rest(sensor, layer, loads[-1], via)
-            whole = found.report.estimated_error
-            omitted = sized(item for item in found.report.left_out if not item.held)
-            if (left := left_beside(whole - omitted, whole, tolerance)) < tolerance:
-                layer, choice = mechanical_model(sensor, mechanics, left, loads)
-                found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)
     unsolved = omissions(sensor, (choice, None), loads)

@@ -17,6 +17,9 @@ J = dL/dF everywhere in the box, linear in the table. With W the inverse of each
                     each component goes with it, not tared [N/K, N m/K]
     inverse         least det (A_mid J(F)): one in the middle, not positive where two loads show the same
 
+Of a table whose errors feign a share eps_k of the range of F_k in such a readout, e'_k is known to eps_k max_j |e'_j|,
+all over their ranges, and so is error.F_k: what an error changes alike at all loads is scaled away once more.
+
 dL = sum_p delta_p dL/dp over tolerances p, normal and independent, to first order. Samples of them are the same for
 every design. The share of the samples whose figures hold all limits is the yield; of figures that no tolerance moves,
 the figure itself decides. Numbers only.
@@ -39,6 +42,7 @@ from sits_mech.synthesis.kinds import INVERSE
 from sits_mech.synthesis.loads import Operator
 
 _FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
+_FAR = 2.0  # deviations of a tolerance, of sensors that tell which loads are the worst
 _ROUNDING = 1e-12  # of a range per kelvin: drift that symmetry forbids
 
 
@@ -134,11 +138,16 @@ class Judge:
         return np.moveaxis(self.operator.at_points[1] @ L, 0, 2)
 
     def _resolutions(self, table: Table, samples: Array) -> Array:
-        """Return standard deviations at the worst load of each sensor, shape (s, d); of a few at that of the design."""
+        """Return standard deviations at the worst load of each sensor, shape (s, d).
+
+        Of a few sensors at the loads that are worst for the design or for one that is off by one tolerance alone.
+        """
         own = self._slopes(table.L)
         parts = np.array([self._slopes(each) for each in table.by_tolerance]).reshape(-1, *own.shape)
         if len(samples) <= _FEW:
-            worst = np.unique(_variances(own, table.noise).argmax(axis=0))
+            off = _FAR * self.deviations[:, None, None, None] * parts
+            each = np.concatenate([own[None], own + off, own - off])
+            worst = np.unique(_variances(each, table.noise).argmax(axis=1))
             own, parts = own[worst], parts[:, worst]
         found = np.empty((len(samples), own.shape[2]))
         for k in range(0, len(samples), _FEW):
@@ -178,17 +187,26 @@ class Judge:
         off = np.abs(np.tensordot(self.few, self._wrong(table, points, at), 1))
         return resolution, np.quantile(off, self.share, axis=0)
 
+    def tared_errors(self, table: Table) -> Array:
+        """Return what the share `yield` of sensors that are tared, not scaled, misreads at most over ranges, (d,)."""
+        span = self.operator.loads.span
+        if not len(table.by_tolerance):
+            return np.zeros(len(span))
+        off = np.abs(np.tensordot(self.few, self._tared(table, self.operator.at_points), 1)).max(axis=1)
+        return np.asarray(np.quantile(off / span, self.share, axis=0))
+
     def _wrong(self, table: Table, points: Array, at: tuple[Array, Array]) -> Array:
         """Return misreadings at loads (m, d) by each tolerance, tared and scaled, shape (p, m, d)."""
-        there, slopes = self.operator.at_known
-        at_rest = there[0] @ table.by_tolerance  # (p, n)
-        off = at[0] @ table.by_tolerance - at_rest[:, None]
-        known = np.moveaxis(slopes @ table.L, 0, 2)[1:]
-        known_off = there[1:] @ table.by_tolerance - at_rest[:, None]
-        known_off = np.einsum("dkn,pdn->pdk", _readers(known, table.noise), known_off)
-        gain = np.einsum("pkk->pk", known_off) / np.diag(self.operator.known[1:])
-        here = _readers(np.moveaxis(at[1] @ table.L, 0, 2), table.noise)
-        return np.asarray(np.einsum("mdn,pmn->pmd", here, off) - gain[:, None] * points)
+        values, slopes = self.operator.at_known
+        known = self._tared(table, (values[1:], slopes[:, 1:]))
+        gain = np.einsum("pkk->pk", known) / np.diag(self.operator.known[1:])
+        return np.asarray(self._tared(table, at) - gain[:, None] * points)
+
+    def _tared(self, table: Table, at: tuple[Array, Array]) -> Array:
+        """Return misreadings at loads by each tolerance, tared, shape (p, m, d); values and slopes of them by `at`."""
+        off = at[0] @ table.by_tolerance - (self.operator.at_known[0][:1] @ table.by_tolerance)
+        readers = _readers(np.moveaxis(at[1] @ table.L, 0, 2), table.noise)
+        return np.asarray(np.einsum("mdn,pmn->pmd", readers, off))
 
     def _crosstalk(self, L: Array) -> float:
         """Return the largest share of a range that another component feigns in the best linear readout."""

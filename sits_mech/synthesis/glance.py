@@ -28,14 +28,14 @@ def at_a_glance(
     L = table_inductances(sensor, data)["L"].transpose(*varied(data), "coil").to_numpy().reshape(-1, len(sensor.coils))
     if not np.isfinite(L).all():
         raise ValueError("loads: every one must have a result for figures of merit")
-    solver = Solver(asked, float(request_of(data)["tolerance"]))
+    solver, none = Solver(asked, float(request_of(data)["tolerance"])), np.zeros((0, *L.shape))
+    judge = Judge(Operator(loads), np.zeros(0), asked.limits, asked.least_yield)
     if like is None or like.table is None:
         own, repeated, rate = solver.converter(sensor, data)
-        noise = np.hypot(own, repeated)
-        known = figure_errors(sensor, data, noise)
+        table = Table(L, none, np.hypot(own, repeated))
+        known = figure_errors(sensor, data, judge, table)
     else:
-        noise, rate, known = like.table.noise, like.plain["rate"], {}
-    none = np.zeros((0, *L.shape))
-    task = Task(Judge(Operator(loads), np.zeros(0), asked.limits, asked.least_yield), asked.limits, asked.goal)
+        table, rate, known = Table(L, none, like.table.noise), like.plain["rate"], {}
+    task = Task(judge, asked.limits, asked.goal)
     plain = size_of(sensor) | {"rate": rate}
-    return task, Answered(Design((), ()), "", Table(L, none, noise), none, plain, {}, known)
+    return task, Answered(Design((), ()), "", table, none, plain, {}, known)

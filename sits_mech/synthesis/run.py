@@ -40,7 +40,7 @@ from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
-from sits_mech.synthesis.search import MOST, Search
+from sits_mech.synthesis.search import MOST, Branch, Search
 from sits_mech.synthesis.solve import COARSE, FINE, Solver
 from sits_mech.synthesis.space import Design
 
@@ -227,11 +227,9 @@ class _Run:
             new = other.design.choice != first.design.choice and len(found) < _FINALS
             if new and search.may_beat(other, min(found, key=search.merit)):
                 found.append(self.refined(search, other))
-        if not any(map(search.task.holds, found)) and search.task.holds(first):
-            found.append(self.solve(first.design, FINE))
         for each in found:
             search.learn(each)
-        return sorted(found, key=lambda each: (not search.task.holds(each), search.merit(each)))
+        return sorted(found, key=lambda each: (not self.holds(search, each), search.merit(each)))
 
     def decided(self, task: Task, found: Answered) -> bool:
         """Return whether a round design holds every limit, or exceeds one, whatever its errors are."""
@@ -239,27 +237,39 @@ class _Run:
         open_ = share.low < self.asked.least_yield <= share.high
         return round_ and not task.undecided(found) and not open_
 
+    def holds(self, search: Search, found: Answered) -> bool:
+        """Return whether a solved design and enough of those made of it hold every limit."""
+        return search.task.holds(found) and not made_share(search.task, found).value < self.asked.least_yield
+
     def refined(self, search: Search, best: Answered) -> Answered:
         """Return the best design of a choice, rounded and solved finer; itself where no rounded one is carried.
 
-        The next round design is solved where what it is predicted to gain over this one would make it hold the limits.
+        The simplest one that is predicted to be as good; where that does not come true, the best known one as well.
         """
         branch = next(each for each in search.branches if each.choice == best.design.choice)
-        wanted = Design(best.design.choice, tuple(search.simplest(branch, best).tolist()))
+        found = self.rounded(search, branch, search.simplest(branch, best))
+        if not self.holds(search, found) and search.merit(found) > search.merit(best):
+            found = min(found, self.rounded(search, branch, best.point), key=search.merit)
+        return found if found.carried else best
+
+    def rounded(self, search: Search, branch: Branch, point: Array) -> Answered:
+        """Return the best of the round designs at a point that promise most, solved finer.
+
+        The next one is solved where what it is predicted to gain over this one would make it hold the limits.
+        """
         tries = sorted(
-            self.asked.space.rounded(wanted),
+            self.asked.space.rounded(Design(branch.choice, tuple(point.tolist()))),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
         found, worst = [], [search.worst(branch.prediction, np.array(each.x, dtype=float)) for each in tries[:_TRIES]]
         for k, wanted in enumerate(tries[:_TRIES]):
             new = self.solve(wanted, FINE)
-            if search.task.holds(new) and not made_share(search.task, new).value < self.asked.least_yield:
+            if self.holds(search, new):
                 return new
             found.append(new)
             if new.carried and search.task.worst(new) > worst[k] - min(worst[k + 1 :], default=np.inf):
                 break
-        chosen = min(found, key=search.merit)
-        return chosen if chosen.carried else best
+        return min(found, key=search.merit)
 
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return notes on the answer for a designer."""

@@ -228,7 +228,7 @@ class Solver:
         by_x = np.array([each[name] * size for name, size in zip(space.names, width, strict=True)])
         return replace(
             found, table=table, by_x=by_x.reshape(-1, *L.shape), plain=found.plain | more, converter=own_noise,
-            error=found.error | figure_errors(sensor, data, noise),
+            error=found.error | figure_errors(sensor, data, self.task.judge, table),
         )
 
     def _mechanics(self, choice: tuple[int, ...], sensor: Sensor) -> str:
@@ -268,19 +268,18 @@ def _beside(design: Design) -> list[tuple[Design, float]]:
     return [(design.moved(k, way), way) for k, way in enumerate(ways)]
 
 
-def figure_errors(sensor: Sensor, data: xr.Dataset, noise: Array) -> dict[str, float]:
-    """Return errors of the figures from those of a table; empty where it has too few loads for a calibration."""
+def figure_errors(sensor: Sensor, data: xr.Dataset, judge: Judge, table: Table) -> dict[str, float]:
+    """Return errors of a table's figures from those of its loads; empty where these are too few for a calibration."""
     try:
         cal = sensor_calibration(sensor, data)
     except ValueError:
         return {}
-    found = quality(cal, noise, table=coil_table(sensor, data))
-    span = cal.high - cal.low
+    found, tared = quality(cal, table.noise, table=coil_table(sensor, data)), judge.tared_errors(table)
     off = found.error_sensitivity / np.abs(found.sensitivity).max(axis=0)
     errors = {}
     for k, name in enumerate(cal.forces):
         errors[f"resolution.{name}"] = float(np.max(off[:, k]) * found.resolution[k, 2])
-        errors[f"error.{name}"] = float(found.by_model[k, 2] / span[k])
+        errors[f"error.{name}"] = float(found.crosstalk_error[k] * tared.max())
     return errors | {"crosstalk_before_inverse": float(np.max(found.crosstalk_error))}
 
 

@@ -137,3 +137,32 @@ def test_parts_of_a_resolution_are_its_whole() -> None:
     for name, parts in own.resolution_parts(table(own), converter).items():
         assert np.hypot(*parts) == pytest.approx(own.figures(table(own))[name], rel=1e-9)
         assert parts[0] == pytest.approx(0.3 * np.hypot(*parts), rel=1e-9)
+
+
+def test_the_yield_of_few_sensors_is_that_of_many() -> None:
+    """Where sensors that are off to the other side are worst at another load than the design."""
+    own = judge((0.25,), {"resolution.F_z": 0.0})
+    z = grid(own.operator)[:, 1:]
+    near = table(own, -0.2 * (z**2 - 4.0 * z) * (1.0, 1.0, 0.5))  # weaker at rest, or at 4 N where the sign is another
+    near = near._replace(L=near.L - 1e-3 * z**2 * (1.0, 1.0, 0.0))  # the design at rest
+    limit = 1.1 * own.figures(near)["resolution.F_z"]
+    own = replace(own, limits={"resolution.F_z": limit})
+    few, many = (float(np.mean(own.excesses(near, count)["resolution.F_z"] <= 0.0)) for count in (512, 4096))
+    assert 0.2 < many < 0.8 and few == pytest.approx(many, abs=0.01)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_readings_that_are_off_by_a_share_change_an_error_by_it_before_it_is_scaled(seed: int) -> None:
+    """The share of the misreading that scaling takes away, not of the force: some tenth of the range, not all of it."""
+    own, draw = judge((0.1,)), np.random.default_rng(seed)
+    x, z = grid(own.operator).T
+    softer = (grid(own.operator) * (1.0 + 0.05 * z)[:, None]) @ MATRIX.T
+    first = table(own, softer)
+    wrong = 0.03 * np.stack([x, z, x * z / 4.0, z**2 / 8.0], -1) @ draw.uniform(-1.0, 1.0, (4, 3))
+    off = first._replace(L=first.L + wrong, by_tolerance=first.by_tolerance * (1.0 + 0.03 * draw.uniform(-1.0, 1.0)))
+    reads = np.linalg.pinv(MATRIX / NOISE[:, None]) / NOISE
+    share = np.ptp(wrong @ reads.T, axis=0) / own.operator.loads.span
+    tared, before, after = own.tared_errors(first), own.figures(first), own.figures(off)
+    for k, name in enumerate(("error.F_x", "error.F_z")):
+        assert abs(after[name] - before[name]) <= (share[k] + 0.03) * tared.max(), name
+    assert tared.max() < 0.3 and before["error.F_z"] < 0.5 * tared[1]

@@ -117,6 +117,14 @@ def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     assert np.ptp(aims) < 0.03 * min(aims)
 
 
+def test_a_promise_that_does_not_come_true_leaves_the_best_known_design(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the simplest design, solved finer, exceeds its limits, the best one of the search is taken, rounded."""
+    monkeypatch.setattr("sits_mech.synthesis.search.Search.simplest", lambda *_: np.ones(2))
+    found = design(asked())
+    assert found.feasible and found.best.plain["height"] < 5.001e-3
+    assert found.best.design in asked().space.rounded(found.best.design)
+
+
 @pytest.mark.parametrize("beyond", [1.02, 1.4, 30.0])
 def test_a_repeatability_that_would_do_is_one_that_does(beyond: float) -> None:
     """Whatever rounds it: with it the resolution is within its limit, just, and it is another than was given."""

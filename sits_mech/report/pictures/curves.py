@@ -17,7 +17,7 @@ import xarray as xr
 
 from sits_mech.quantities import TOUCH, Array, shown_unit
 from sits_mech.readout.crosstalk import components_of, crosstalk, short_name, signals_of
-from sits_mech.readout.loads import at_middle, several
+from sits_mech.readout.loads import at_middle, request_of, several
 from sits_mech.report.pictures.style import label_bar, new_figure, strokes
 from sits_mech.report.tables.loads import KINDS
 from sits_mech.scene.sensor import SceneError
@@ -81,8 +81,14 @@ def _errors_of(curves: list[tuple[str, Array, Array]]) -> tuple[bool, str]:
 def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:
     """Return what the curves are, of what, at what, and how far off they may be."""
     kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
-    name = fill(data.attrs.get("name", ""), 54)
-    return f"{name}\n{kind}; {_mathematics(held)}{'; ' if held else ''}{errors}".strip()
+    name, words = fill(data.attrs.get("name", ""), 54), filter(None, (_mathematics(held), errors))
+    return f"{name}\n{'; '.join((kind + by_models(data), *words))}".strip()
+
+
+def by_models(data: xr.Dataset) -> str:
+    """Return by which models a table was solved, in words; "" where it does not say."""
+    asked = request_of(data) if "request" in data.attrs else {}
+    return f" by {asked['mechanics']} and {asked['magnetics']}" if "mechanics" in asked else ""
 
 
 def _mathematics(words: str) -> str:
@@ -173,7 +179,8 @@ def _crosstalk_maps(data: xr.Dataset, stray: xr.Dataset, held: str) -> Figure:
             bar = figure.colorbar(picture, ax=axes, location="bottom", shrink=0.95)
             label_bar(bar, rf"of ${_symbol(signal)}$'s full scale [%]")
         every[0].set_ylabel(_short_label(up))
-        figure.suptitle(fill(f"crosstalk{', ' if held else ''}{_mathematics(held)}; lines: equal values", 58))
+        words = filter(None, (f"crosstalk{by_models(data)}", _mathematics(held)))
+        figure.suptitle(fill(f"{', '.join(words)}; lines: equal values", 58))
     return figure
 
 
@@ -210,6 +217,6 @@ def _crosstalk_matrix(data: xr.Dataset, stray: xr.Dataset) -> Figure:
         axes.set_yticks(range(len(own)), [f"${_symbol(name)}$" for name in own.values()])
         axes.set_xlabel("applied over its whole range")
         axes.set_ylabel("signal")
-        axes.set_title("largest crosstalk, in percent of the signal's full scale")
+        axes.set_title(f"largest crosstalk{by_models(data)},\nin percent of the signal's full scale")
         axes.grid(False)
     return figure

@@ -213,4 +213,4 @@ def _dress(axes: Axes, equilibrium: Equilibrium, frame: Frame, plane: Plane) -> 
     shown = ("F_x", "F_z", *(name for name in WRENCH[2:] if getattr(equilibrium.wrench, name) != 0.0))
     load = ((name, getattr(equilibrium.wrench, name)) for name in shown)
     words = ", ".join(f"${name}$ = {value:.3g} {shown_unit(name)}" for name, value in load)
-    axes.set_title(f"layer under {words}", pad=12)
+    axes.set_title(f"layer by {equilibrium.report.model}, {words}", pad=12)

@@ -15,7 +15,7 @@ from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.loads import ends_of, request_of
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.notes import kept_sentences
-from sits_mech.report.pictures.curves import load_label, signal_label
+from sits_mech.report.pictures.curves import by_models, load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, figure_text
@@ -82,7 +82,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                     start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
                     axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
             axes.set(xlabel=load_label(force), ylabel=signal_label(name, data.sizes["coil"]))
-        figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading, along the arrows")
+        figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading{by_models(data)}, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
 

@@ -144,7 +144,7 @@ def test_a_layer_is_drawn_by_the_model_that_solved_it() -> None:
     disc = 'target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}'
     sensor = load_sensor("biorob2018", [pad, disc])
     title = load_view(sensor, Wrench(F_z=0.5), 0.1, "axisymmetric").axes[0].get_title()
-    assert title == "layer under $F_x$ = 0 N, $F_z$ = 0.5 N"
+    assert title == "layer by axisymmetric, $F_x$ = 0 N, $F_z$ = 0.5 N"
 
 
 def test_a_section_draws_the_coils_that_it_cuts() -> None:
