@@ -94,7 +94,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     Returns
     -------
     Dataset, dims (frequency, coil, coil_2)
-        ``L, R, error_L, error_R, Q, R_track, L0, R_dc``, in the model's unit; for models in henry and ohm also
+        ``L, R, error_L, error_R, error_L0, Q, R_track, L0, R_dc``, in the model's unit; in henry and ohm also
         ``terminal_L, terminal_R, terminal_Q, shift``, the apparent ones and ``tank_frequency`` (`Terminals`).
         Attributes: ``unit_L`` and ``report``, as JSON.
 
@@ -126,6 +126,7 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     data = xr.Dataset(coords={"frequency": hertz, "coil": names, "coil_2": names})
     for name in ("L", "R", "error_L", "error_R"):
         data[name] = (pair, np.array([getattr(found, name) for found in each]))
+    data["error_L0"] = pair, np.array([0.0 * f.L0 if f.error_L0 is None else f.error_L0 for f in each])
     data["L0"], data["R_dc"] = (pair[1:], each[-1].L0), (pair[1:2], each[0].R_dc)
     own_L, own_R = np.diagonal(data["L"], axis1=1, axis2=2), np.diagonal(data["R"], axis1=1, axis2=2)
     data["Q"] = (pair[:2], 2.0 * np.pi * hertz[:, None] * own_L / (own_R + each[0].R_dc))

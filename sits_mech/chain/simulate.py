@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.aimed import Promise, aim_at
+from sits_mech.chain.aimed import Promise, aim_at, left_beside
 from sits_mech.chain.bending import bending
 from sits_mech.chain.goal import Goal, goal_at
-from sits_mech.chain.models import MECHANICS, loaded_model, mechanical_model
+from sits_mech.chain.models import MECHANICS, Choice, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded_pose
 from sits_mech.description import Question, added, by_component, sized
@@ -208,6 +208,17 @@ def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> 
     """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve."""
     model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
     return (*model.leaves_out(sensor, question), *bending(sensor, loads, model.least))
+
+
+def beside_omissions(
+    layer: MechanicalModel, sensor: Sensor, choice: Choice, tolerance: float, loads: Sequence[Wrench]
+) -> MechanicalModel:
+    """Return the chosen mechanical model with numerics to what a tolerance leaves beside its omissions under loads."""
+    left_out = sized(item for item in counted_omissions(sensor, choice.name, loads) if not item.held)
+    left = left_beside(left_out, tolerance)
+    if left == tolerance or not isinstance(layer, RefinedModel):
+        return layer
+    return layer.towards(None, left if choice.by_name else min(left, choice.tolerance))
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:

@@ -57,11 +57,9 @@ def pose(
     loads = [*via, load.wrench(sensor)]
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
-    from sits_mech.chain.aimed import left_beside
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.plan import omissions
-    from sits_mech.chain.simulate import at_rest, counted_omissions, rest_flags
-    from sits_mech.description import sized
+    from sits_mech.chain.simulate import at_rest, beside_omissions, rest_flags
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
@@ -70,8 +68,7 @@ def pose(
     try:
         with solving(sensor, loads, tolerance, mechanics, None):
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
-            left_out = sized(item for item in counted_omissions(sensor, choice.name, loads[-1:]) if not item.held)
-            layer, _ = mechanical_model(sensor, choice.name, left_beside(left_out, tolerance), loads)
+            layer = beside_omissions(layer, sensor, choice, tolerance, loads[-1:])
             found = at_rest(sensor, layer, loads[-1], via)
     except SolveFailed as error:
         return not_converged(error, as_json)

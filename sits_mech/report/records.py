@@ -89,7 +89,7 @@ def impedance_record(
 
 def spectrum_record(pose: Pose, data: xr.Dataset, left_out: Sequence[Omission]) -> Record:
     """Return L and R at one pose over a range of frequencies: lists along the frequency."""
-    names = ("frequency", "L", "R", "Q", "error_L", "error_R", "R_track", "L0", "R_dc")
+    names = ("frequency", "L", "R", "Q", "error_L", "error_R", "error_L0", "R_track", "L0", "R_dc")
     found = {"pose": asdict(pose), "unit_L": data.attrs["unit_L"]}
     found |= {name: data[name].to_numpy() for name in names}
     if "shift" in data:

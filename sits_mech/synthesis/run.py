@@ -248,7 +248,8 @@ class _Run:
         """
         branch = next(each for each in search.branches if each.choice == best.design.choice)
         found = self.rounded(search, branch, search.simplest(branch, best))
-        if not self.holds(search, found) and search.merit(found) > search.merit(best):
+        enough = search.worth(best) if self.holds(search, found) else 0.0
+        if search.merit(found) - search.merit(best) > enough:
             found = min(found, self.rounded(search, branch, best.point), key=search.merit)
         return found if found.carried else best
 

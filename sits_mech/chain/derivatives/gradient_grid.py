@@ -72,7 +72,8 @@ def gradient_on_grid(
     `loads` holds values of components by name [N, N m]; others are zero. Dims are these in the order of `WRENCH`,
     coil, coil_2, component, parameter: ``pose``; ``L``, ``R`` with errors as of `calibrate`; ``by_pose``, ``by_L``,
     ``by_R`` and ``by_`` each signal with the dimension `parameter`; NaN where a load fails (``status``, ``reason``).
-    Raises SceneError as `gradient`, and for a component that no load has or values of one that are none.
+    Raises SceneError as `gradient`, for a component that no load has or values of one that are none, and where all
+    loads fail.
     """
     numbers, moving = scene_numbers(sensor, names)
     grid = _checked(loads)
@@ -85,6 +86,8 @@ def gradient_on_grid(
     status, reasons = zip(*(status_of(sensor, one) for one in settled), strict=True)
     good = np.array(status) == OK
     own = [one.rest for one, fine in zip(settled, good, strict=True) if one.rest and fine]
+    if not own:
+        raise SceneError(next(filter(None, reasons), "loads: none is answered"))
     poses = poses_of(with_omissions(sensor, own, choice.name))
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))

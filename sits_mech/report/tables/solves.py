@@ -179,8 +179,8 @@ def spectrum_table(data: xr.Dataset) -> Table:
 
 def _spectrum_cells(row: xr.Dataset) -> list[str]:
     """Return the cells of one frequency and coil."""
-    scales = (("L", 1e6), ("R", 1.0))
-    L, R = (with_error(scale * float(row[k]), scale * float(row[f"error_{k}"])) for k, scale in scales)
+    L = with_error(1e6 * float(row["L"]), 1e6 * float(row["error_L"] + row["error_L0"]))
+    R = with_error(float(row["R"]), float(row["error_R"]))
     cells = [f"{float(row['frequency']):.6g}", str(row["coil"].item()), L, R, f"{float(row['Q']):.4g}"]
     if "shift" in row:
         L_seen, R_seen, Q_seen = (float(row[f"terminal_{name}"]) for name in ("L", "R", "Q"))
