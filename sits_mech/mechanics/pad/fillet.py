@@ -28,7 +28,8 @@ from sits_mech.units import millimetres as mm
 
 _SWEPT = np.pi / 3.0  # of the arc, from the side face to 30 degrees from the plate
 _LEAST = 0.05  # thicknesses, the smallest radius that a mesh resolves
-_SLACK = 1e-4  # of a count of cells: round sizes keep theirs where they change a little, as for derivatives
+SLACK = 1e-4
+"""Of a count of cells: sizes that are round keep theirs where they change a little, as for derivatives (1e-6)."""
 _FILL = 0.9  # of the height, or of the width beside the target, that fillets may take
 
 
@@ -83,7 +84,7 @@ def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Arr
     def segment(start: float, end: float) -> Array:
         """Return lines whose smallest spacing is an arc's: up to twice the cells, then a stronger grading."""
         fewest, ratio = matched_cells(end - start, 1.0, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
-        count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - _SLACK))))
+        count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - SLACK))))
         power = grading if count == 2 else max(grading, np.log(ratio) / np.log(0.5 * count))
         return graded_segment(start, end, count, power)
 
@@ -127,4 +128,4 @@ def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> 
 
 def matched_cells(length: float, reference: float, cells: int, beta: float) -> int:
     """Return the even number of cells that gives a segment the same smallest cell as a reference segment has."""
-    return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - _SLACK)))
+    return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - SLACK)))

@@ -41,6 +41,7 @@ from skfem import MeshHex
 from sits_mech.geometry.meshing.bricks import PlateOutline, Subdivision, box_bricks, covered, pillar_bricks, ring_bricks
 from sits_mech.geometry.meshing.crossing import crossing_bricks
 from sits_mech.geometry.meshing.inclusion import Inclusion, hollowed
+from sits_mech.mechanics.pad.fillet import SLACK
 from sits_mech.mechanics.pad.stack import Covering, Interface, interfaces, widened
 from sits_mech.quantities import Array, Mask
 from sits_mech.scene.elastomer import pillar_middles
@@ -262,9 +263,9 @@ def ring_lines(
 def under_lines(edge: float, split: int, grading: float, layers: int = 0) -> Array:
     """Return the lines from the middle to the target's edge."""
     near = min(edge, _LONG)
-    away = near * graded((1 + int(near / _STRETCH)) * split, grading, layers)
+    away = near * graded((1 + int(near / _STRETCH + SLACK)) * split, grading, layers)
     last = away[-1] - away[-1 - split]
-    while away[-1] < edge * (1.0 - 1e-9):
+    while away[-1] < edge * (1.0 - SLACK):
         left = edge - away[-1]
         last = left if left < 1.5 * _GROWTH * last else _GROWTH * last
         away = np.concatenate([away, away[-1] + last * np.arange(1, split + 1) / split])

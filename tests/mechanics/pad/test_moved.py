@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.block import pad_family
+from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.pad.solid import bonded_block, moved_block
 from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import load_sensor
@@ -46,3 +48,16 @@ def test_other_cells_are_no_moved_ones() -> None:
     body = bonded_block(sensor, 1).body
     beside = [parameter(sensor, "target.width").changed(way) for way in (-1e-5, 1e-5)]
     assert [moved_block(body, other, (1, 2.0, 0)) is None for other in beside] == [True, False]
+
+
+@pytest.mark.parametrize("family", [lambda sensor: pad_family(sensor)[0], lambda sensor: layer_family(sensor, True)])
+@pytest.mark.parametrize("key", ["target.diameter", "elastomer.thickness", "elastomer.diameter"])
+@pytest.mark.parametrize(("target", "pad", "thickness"), [(8, 12, 2), (12, 12, 1), (16, 24, 4), (12, 24, 1)])
+def test_round_sizes_keep_their_cells_where_they_change_a_little(family, key, target, pad, thickness) -> None:
+    """On one side at least, so that there is a derivative: discs whose cells are as many by one size as by another."""
+    sizes = f'elastomer={{material="ecoflex-00-30", diameter="{pad} mm", thickness="{thickness} mm"}}'
+    disc = f'target={{material="copper", shape="disc", diameter="{target} mm", thickness="0.2 mm"}}'
+    sensor = load_sensor("biorob2018", [sizes, disc])
+    levels = family(sensor)
+    if not (key == "elastomer.diameter" and target == pad):
+        assert parameter(sensor, key).stencil(lambda other: levels.changed(other, 0) is not None).places
