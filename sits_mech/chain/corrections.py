@@ -2,26 +2,29 @@
 
 All loads of a grid are solved on the same two meshes. Extrapolation adds a_k, with its sign, to a component k, and
 E_k >= |a_k| is its estimated error; both are large where a mesh is too coarse, so that finer meshes are compared with
-these and not with the load. With D_k = finer - first and e_k the finer answer's own error, at some loads,
+these and not with the load. With D_k = finer - first and e_k the finer answer's own error at loads m that are compared,
+and w_m weights of how alike a load moves the target (inverse squares of the distance of its displacements, each over
+the largest; one in all),
 
-    pose_k += c_k a_k,       c_k = sum D_k a_k / sum E_k^2,
-    error_k = r_k E_k,       r_k = max (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max |D_k|/E_k),
+    pose_k += c_k a_k,       c_k = sum_m w_m D_k a_k / sum_m w_m E_k^2,
+    error_k = r_k E_k,       r_k = sum_m w_m (|D_k - c_k a_k| + s_k e_k)/E_k,       s_k = min(1, 2 max_m |D_k|/E_k):
 
-everywhere: finer meshes overestimate their error as much as the first ones, of whose E_k the change shows a part. Of
-that, r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own. Where E_k is
-larger than at any load that was compared, and than in proportion to the displacement, r_k grows by as much, at most to
+finer meshes overestimate their error as much as the first ones, of whose E_k the change shows a part. Of that, r_k a_k
+is shared by all loads with one sign for each component, and the rest is each load's own. Where E_k is larger than at a
+load that was compared, and than in proportion to the displacement, what that one tells grows by as much, at most to
 one: there the first meshes' error stands. Components that no load showed take the largest r.
 
 The first meshes overestimate the stretch at bonded edges: less one, the larger share of it that finer ones show at
 those loads is taken everywhere.
 
 The loads are two of those that were solved: of all that move the target less than three quarters of the farthest, whose
-finer answers are better and cheaper, the one that moves every component most; and of all the one that moves the target
+finer answers are better and cheaper, the one that moves all components most; and of all the one that moves the target
 most otherwise, such as by shear alone, where first meshes may be off by more of E_k (`biorob2018-w15`, 0.7 N: d_h by
 2.0e-6 m of 4.6e-6, by 0.2e-6 of 2.5e-6 at 0.35 N, 2.8 N). Next ones follow where a finer mesh does not get there.
 
-Source: multi-fidelity correction, A. I. J. Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3;
-effectivity of error estimates, M. Ainsworth, J. T. Oden, Comput. Methods Appl. Mech. Eng. 142 (1997) 1, section 1.
+Source: D. Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517, the weights; multi-fidelity correction, A. I. J.
+Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3; effectivity of error estimates, M. Ainsworth, J. T.
+Oden, Comput. Methods Appl. Mech. Eng. 142 (1997) 1, section 1.
 """
 
 from __future__ import annotations
@@ -38,6 +41,7 @@ from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 _NEAR = 0.75  # of the largest displacement: beyond, finer meshes are dear and settle least
 _TWO, _TRIED = 2, 4  # loads that are compared, and that are tried for it
 _EFFECTIVE = 2.0  # of what the change shows of the first meshes' errors, how much finer ones' are taken as: chosen
+_SAME = 1e-3  # of the largest displacements: loads that are one
 _TENTH = 0.1  # of the largest displacement of a component: one that a compared load shows
 _STILL = 1e-3  # of the farthest, a displacement that counts
 
@@ -60,7 +64,7 @@ def corrected_loads(
     open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and owned[k] > 0.0]
     near = [k for k in open_to if size[k] <= _NEAR * size.max()] or open_to
     told: dict[int, Equilibrium] = {}
-    for k in _with_farthest(way, _telling(way, near), open_to)[:_TRIED]:
+    for k in _telling(way, near, open_to)[:_TRIED]:
         rest = finer(rests[k].wrench).rest
         if rest is not None and not np.array_equal(rest.pose.components, poses[k]):
             told[k] = rest
@@ -69,13 +73,15 @@ def corrected_loads(
     if not told:
         return dict(settled)
     finer_poses, finer_errors, _ = _numbers(list(told.values()))
-    change, owns, adds = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
-    share = np.sum(change * adds, axis=0) / np.maximum(np.sum(owns**2, axis=0), 1e-300)
-    shown = np.max(np.abs(change) / np.maximum(owns, 1e-300) * (owns > 0.0), axis=0)
-    kept = np.minimum(1.0, _EFFECTIVE * shown) * finer_errors
-    ratio = (np.abs(change - share * adds) + kept) / np.maximum(owns, 1e-300) * (owns > 0.0)
-    ratio = np.where(np.any(owns > 0.0, axis=0), np.max(ratio, axis=0), np.max(ratio))
-    ratio = np.maximum(ratio, np.minimum(1.0, ratio * _beyond_compared(errors, owned, way, list(told))))
+    D, E, a = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
+    alike = _nearness(way, list(told))[..., None] * (E > 0.0)  # (n, m, 6)
+    share = np.sum(alike * D * a, axis=1) / np.maximum(np.sum(alike * E**2, axis=1), 1e-300)
+    shown = np.max(np.abs(D) / np.maximum(E, 1e-300) * (E > 0.0), axis=0)
+    left = np.abs(D - share[:, None] * a) + np.minimum(1.0, _EFFECTIVE * shown) * finer_errors
+    each = left / np.maximum(E, 1e-300) * (E > 0.0)
+    each = np.maximum(each, np.minimum(1.0, each * _beyond_compared(errors, way, list(told))))
+    ratio = np.sum(alike * each, axis=1) / np.maximum(np.sum(alike, axis=1), 1e-300)
+    ratio = np.where(np.any(E > 0.0, axis=0), ratio, np.max(ratio, axis=1, keepdims=True))
     above = _stretch_share([(rest, rests[k]) for k, rest in told.items()])
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
@@ -87,19 +93,25 @@ def corrected_loads(
     }
 
 
-def _beyond_compared(errors: Array, owned: Array, way: Array, told: list[int]) -> Array:
-    """Return how many times more meshes own to than at the compared load that is nearest to it, shape (n, 6).
+def _nearness(way: Array, told: list[int]) -> Array:
+    """Return weights of compared loads by how alike to them others move the target, shape (n, m), one in all."""
+    own = np.abs(way) / np.maximum(np.abs(way).max(axis=0), 1e-300)
+    square = np.sum((own[:, None] - own[told]) ** 2, axis=2)
+    weights = 1.0 / np.maximum(square, _SAME**2)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def _beyond_compared(errors: Array, way: Array, told: list[int]) -> Array:
+    """Return how many times more meshes own to than at compared loads, shape (n, m, 6).
 
     Each error (n, 6) over that of a compared load, all the more its displacement `way` (n, 6), or the largest one, is
-    larger there; of a component without an error there the largest of all, `owned` (n,).
+    larger there.
     """
-    size, known = np.abs(way).max(axis=1), errors[told] > 0.0
+    size, there = np.abs(way).max(axis=1), errors[told]
     farther = np.maximum(1.0, size[:, None] / size[told])[..., None]
     seen = np.abs(way[told]) > _TENTH * np.abs(way).max(axis=0)
-    along = np.divide(np.abs(way[:, None]), np.abs(way[told]), out=np.ones((len(way), *known.shape)), where=seen)
-    own, there = (np.where(known, each, one[..., None]) for each, one in (
-        (errors[:, None], owned[:, None]), (errors[told], owned[told])))
-    return np.asarray((own / there / np.maximum(farther, along)).min(axis=1))
+    along = np.divide(np.abs(way[:, None]), np.abs(way[told]), out=np.ones((len(way), *there.shape)), where=seen)
+    return np.asarray(errors[:, None] / np.maximum(there, 1e-300) / np.maximum(farther, along))
 
 
 def _stretch_share(pairs: list[tuple[Equilibrium, Equilibrium]]) -> float:
@@ -120,18 +132,14 @@ def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:
     return poses.value, errors, poses.shared.sum(axis=0)
 
 
-def _with_farthest(way: Array, near: list[int], open_to: list[int]) -> list[int]:
-    """Return loads to compare, the first of those `near`, then of all far ones the one that moves most otherwise."""
-    own = np.abs(way) / np.maximum(np.abs(way[open_to]).max(axis=0, initial=0.0), 1e-300)
+def _telling(way: Array, near: list[int], open_to: list[int]) -> list[int]:
+    """Return loads to compare: of those `near` the one that moves all components most, each over its own largest.
+
+    Then of all far ones the one that moves most otherwise, then other near ones.
+    """
+    largest = np.abs(way[open_to]).max(axis=0, initial=0.0)
+    own = np.abs(way) / np.maximum(largest, 1e-300) * (largest > _STILL * largest.max())
+    near = sorted(near, key=lambda k: -float(own[k].sum()))
     far = [k for k in open_to if near and own[k].max() > _NEAR]
     farthest = sorted(far, key=lambda k: -float(np.linalg.norm(own[k] - own[near[0]])))[:1]
     return list(dict.fromkeys([*near[:1], *farthest, *near]))
-
-
-def _telling(way: Array, open_to: list[int]) -> list[int]:
-    """Return the loads that move every component most, of which one moves the target at all, first."""
-    own = np.abs(way[open_to])
-    largest = np.max(own, axis=0, initial=0.0)
-    seen = largest > _STILL * np.max(largest, initial=0.0)
-    least = np.min(own[:, seen] / largest[seen], axis=1, initial=np.inf)
-    return [open_to[k] for k in np.lexsort((-own.sum(axis=1), -least))]
