@@ -215,10 +215,17 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
     own, least = task.aim(figures), task.aim(task.own_figures(best))
-    more = f"{100.0 * abs(own - least) / abs(least):.3g} % {'more' if own > least else 'less'}" if least else "no less"
     if own - least < task.doubt(other) + task.doubt(best):
-        return f"holds the limits, and is as good within the errors: what is minimised is {more}"
-    return f"holds the limits, but what is minimised is {more}"
+        return f"holds the limits, and is as good within the errors: what is minimised is {_more(own, least)}"
+    words, promise = f"holds the limits, but what is minimised is {_more(own, least)}", search.promised(other)
+    more = f"{_more(promise, least)} is predicted of its best, which was not searched"
+    return words if search.as_good(own, promise) else f"{words}; {more}"
+
+
+def _more(value: float, least: float) -> str:
+    """Return in words how much more a value is than the least one."""
+    side = "more" if value > least else "less"
+    return f"{100.0 * abs(value - least) / abs(least):.3g} % {side}" if least else "no less"
 
 
 def tied_with(search: Search, others: Sequence[Answered], best: Answered, space: Space) -> tuple[str, ...]:
