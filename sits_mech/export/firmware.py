@@ -59,7 +59,7 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
         f"within {found.error:.2g} codes of the map",
         f"interpolation error, by leaving out loads: {float(cal.map.error.max()):.3g} codes",
         f"estimated errors of the loads: up to {own:.3g} codes",
-        f"in all, with what is not known of the silicone, 90 % of the true forces are within {_within(cal)}",
+        f"with what is not known of the silicone, 90 % of the true forces are within a median of {_within(cal)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")
@@ -76,8 +76,8 @@ def _own_error(read: Readings) -> float:
 def _within(cal: Calibration) -> str:
     """Return the half width that holds 90 % of each true force, median and greatest over the loads, as `quality`."""
     rows = zip(cal.forces, 1e3 * reading_errors(cal), strict=True)
-    each = (f"{usual:.3g} m{_unit(name)[1][1:]} of {name} (up to {worst:.3g})" for name, (_, usual, worst) in rows)
-    return f"{', '.join(each)}, median over the loads"
+    each = (f"{usual:.4g} m{_unit(name)[1][1:]} of {name} (up to {worst:.4g})" for name, (_, usual, worst) in rows)
+    return ", ".join(each)
 
 
 def _unit(name: str) -> tuple[float, str]:

@@ -268,12 +268,12 @@ def test_says_what_its_integers_are_worth(source: Source, tmp_path: Path) -> Non
 
 
 def test_says_the_errors_that_quality_says(source: Source) -> None:
-    """Median and greatest over the loads; mid-range, at F_x = 0, the modulus would not count. Codes bend other than L."""
+    """Median and greatest over the loads; of a map of codes, which go as L^-1/2 and bend a little otherwise than L."""
     text = header(source, fixed_point(code_calibration(source.sensor, source.data)))
     found = re.findall(r"([\d.e+]+) mN of (F_.) \(up to ([\d.e+]+)\)", text)
     expected = quality((source.sensor, source.data)).force_error[:, 1:]
     assert [name for _, name, _ in found] == ["F_x", "F_z"]
-    assert np.array([(usual, most) for usual, _, most in found], dtype=float) == pytest.approx(1e3 * expected, rel=0.02)
+    assert np.array([(usual, most) for usual, _, most in found], dtype=float) == pytest.approx(1e3 * expected, rel=0.05)
 
 
 def test_size_and_stack(source: Source, tmp_path: Path) -> None:
