@@ -216,7 +216,7 @@ def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     report = replace(last.report, status=Ended.PATH, notes=notes)
     if solved.reason is PathEnd.BEYOND:  # one load: the largest within the data
         most, ends = carried_words(limit[0].known), " and ".join(map(end_words, laws))
-        message = f"wrench: the {body} is within the silicone's data up to {most}, this load too far beyond: {ends}"
+        message = f"wrench: the {body} is within the silicone's data up to {most}; this load is too far beyond: {ends}"
     else:
         words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)
         there = f"{wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), not to {asked}"

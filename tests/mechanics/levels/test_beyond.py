@@ -37,7 +37,7 @@ def sizes(monkeypatch):
 )
 def test_a_load_far_beyond_the_data_is_refused_by_the_first_level(name, load, envelope, sizes):
     """No mesh above 1000 unknowns is factored; the largest load is, within its error, that of `envelope` (0.3)."""
-    said = r"within the silicone's data up to F_.* of the path\), this load too far beyond: .* end at stretch 2$"
+    said = r"within the silicone's data up to F_.* of the path\); this load is too far beyond: .* end at stretch 2$"
     with pytest.raises(SolveFailed, match=said) as ended:
         block_pad(load_sensor(name), 1e-2).equilibrium(load)
     assert max(sizes) < 1000 and len(sizes) < 180
