@@ -177,8 +177,7 @@ def _difference(known: Any, own: list[Any]) -> str:
     if not isinstance(known, list) or [*map(type, known)] != [*map(type, own)]:
         return ""
     names = "scene", "request", "vary", "fixed", "combine"
-    there, here = ({k: v for name, part in zip(names, each, strict=True) for k, v in _keys(name, part)}
-                   for each in (known, own))
+    there, here = (dict(_keys("", dict(zip(names, each, strict=True)))) for each in (known, own))
     key = next((key for key in {**there, **here} if there.get(key) != here.get(key)), None)
     return "" if key is None else f": {key} is {shown(there.get(key))} there, {shown(here.get(key))} here"
 
@@ -189,10 +188,11 @@ def _keys(path: str, value: Any) -> Iterator[tuple[str, Any]]:
         value = json.loads(value) if value.startswith("{") else tomllib.loads(value)
     if isinstance(value, list) and value and isinstance(value[0], dict):
         value = {str(each.get("name", k)): each for k, each in enumerate(value)}
-    for step, each in value.items() if isinstance(value, dict) else ():
-        yield from _keys(f"{path}.{step}", each)
     if not isinstance(value, dict):
         yield path, value
+        return
+    for step, each in value.items():
+        yield from _keys(f"{path}.{step}".lstrip("."), each)
 
 
 def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:

@@ -57,7 +57,7 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     notes = [
         f"{len(found.power)} terms for each of {len(cal.coils)} coils, {_bytes(found)} bytes of tables, "
         f"within {found.error:.2g} codes of the map",
-        f"interpolation error, by leaving out loads: {float(cal.map.error.max()):.3g} codes",
+        f"interpolation error, by leaving out loads: {cal.map.error.max():.3g} codes",
         f"estimated errors of the loads: up to {own:.3g} codes",
         f"with what is not known of the silicone, 90 % of the true forces are within a median of {_within(cal)}",
     ]
