@@ -167,6 +167,8 @@ def _must(one: ErrorDetails, model: type[BaseModel]) -> str:
     """Return what a key must be by one of pydantic's errors, and what came."""
     kind, steps = one["type"], one["loc"]
     table = _table(model, steps[:-1])
+    if kind == "extra_forbidden" and steps[-1] in (elsewhere := getattr(table, "elsewhere", {})):
+        return f"must be left out: {elsewhere[steps[-1]]}; got {shown(one['input'])}"
     if kind == "extra_forbidden":
         return f"the key {unknown(steps[-1], [field.alias or name for name, field in table.model_fields.items()])}"
     if kind == "missing":

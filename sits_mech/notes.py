@@ -53,6 +53,7 @@ class NoteKind(StrEnum):
     PATH_END = "path end"  # end: a word of `PathEnd` (mechanics/equilibrium/outcome.py)
     PATH_PART = "path part"  # part of a path that was followed
     CARRIED = "carried"  # largest load: components, error_ of each [N, N m], part, error_part
+    WITHIN_DATA = "within data"  # largest load within the data of the silicone: as of CARRIED
     NO_LARGEST = "no largest load"  # components of forces and places that a coarse mesh was followed to
     FRICTION_PATH = "friction path"  # legs, parts of each, change by half as many
     TIMES = "times"  # of a history: count, meshes, error

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from numbers import Real
@@ -20,7 +20,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.notes import Note, Omission, packed, packed_omissions, unpacked, unpacked_omissions
+from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions, unpacked, unpacked_omissions
 from sits_mech.status import FAILED, NOT_CARRIED
 from sits_mech.units import SceneError, shown
 
@@ -250,6 +250,14 @@ class SolveReport:
     error_stretch: float | None = None
     creased: bool = False
 
+    def judged(self, tolerance: float) -> SolveReport:
+        """Return it with a note where its error is above a tolerance, in place of one on a part of that error."""
+        if not self.estimated_error > tolerance:
+            return self
+        others = (note for note in self.notes if note.kind is not NoteKind.TOLERANCE_MISSED)
+        missed = Note.of(NoteKind.TOLERANCE_MISSED, error=self.estimated_error, tolerance=tolerance)
+        return replace(self, notes=(*others, missed))
+
     @property
     def written(self) -> dict[str, Any]:
         """What files and answers hold of it by name: all but `creased`, which is for plans."""
@@ -383,7 +391,8 @@ class SolveFailed(Exception):
     half : str
         Of a whole chain, the physics that the report is of: "mechanics" or "magnetics".
     carried : (Wrench, Wrench) or None
-        The largest load of the asked kind that a layer carries, and its error; None where none was found.
+        The largest load of the asked kind that a layer carries, or of one far beyond the data of its silicone the
+        largest within them, and its error; None where none was found.
 
     Examples
     --------

@@ -7,7 +7,8 @@ not computed again, whatever wrote it.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -29,7 +30,7 @@ from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, key_unit, scene_hash
 from sits_mech.status import ANSWERED
 from sits_mech.store import DAMAGED, Row, case_name, no_table, opened, save_table
-from sits_mech.units import si_label, si_unit
+from sits_mech.units import shown, si_label, si_unit
 from sits_mech.version import __version__
 
 TABLE = "result.nc"
@@ -162,13 +163,36 @@ def claim(folder: Path, study: Study) -> None:
         if path.exists():
             with suppress(ValueError):  # no JSON, no study
                 known = json.loads(path.read_text(encoding="utf-8"))
-            if known != json.loads(study.identity):
+            if known != (own := json.loads(study.identity)):
                 what = "must be a new folder, or that of a study with the same scene, request, keys and fixed values"
-                raise SceneError(f"{folder}: {what}; it is that of another study")
+                raise SceneError(f"{folder}: {what}; it is that of another study{_difference(known, own)}")
             return
     except OSError as error:
         raise SceneError(f"{folder}: must be a folder that can be written to; got: {error.strerror or error}") from None
     write_text(path, study.identity)
+
+
+def _difference(known: Any, own: list[Any]) -> str:
+    """Return the first key by which the identities of two studies differ, with both values; "" where one is damaged."""
+    if not isinstance(known, list) or [*map(type, known)] != [*map(type, own)]:
+        return ""
+    names = "scene", "request", "vary", "fixed", "combine"
+    there, here = (dict(_keys("", dict(zip(names, each, strict=True)))) for each in (known, own))
+    key = next((key for key in {**there, **here} if there.get(key) != here.get(key)), None)
+    return "" if key is None else f": {key} is {shown(there.get(key))} there, {shown(here.get(key))} here"
+
+
+def _keys(path: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of a value with their paths: of tables, of lists of tables, and of a scene's text."""
+    if path == "scene" and isinstance(value, str):
+        value = json.loads(value) if value.startswith("{") else tomllib.loads(value)
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        value = {str(each.get("name", k)): each for k, each in enumerate(value)}
+    if not isinstance(value, dict):
+        yield path, value
+        return
+    for step, each in value.items():
+        yield from _keys(f"{path}.{step}".lstrip("."), each)
 
 
 def _labelled(data: xr.Dataset, study: Study) -> xr.Dataset:

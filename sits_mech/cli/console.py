@@ -23,6 +23,7 @@ QUIET = ContextVar("QUIET", default=False)
 """Whether notes and progress stay away; answers and errors are printed."""
 _ROOT = "sits_mech"  # of all loggers
 _EVERY = 2.0  # seconds between lines on how far a load is
+_LONG = 10.0  # seconds that a step is to take from which on it is said beforehand: as long as one waits without a sign
 
 
 def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
@@ -140,6 +141,13 @@ def solving(
     from sits_mech.report.tables.plan import taken_words
 
     warn(taken_words(*planned_seconds(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))
+    with announcing():
+        yield
+
+
+@contextmanager
+def announcing() -> Iterator[None]:
+    """Say on stderr now and again what is solved, and steps that take long before they begin."""
     if any(isinstance(each, _Teller) for each in logging.getLogger(_ROOT).handlers):
         yield
         return
@@ -184,7 +192,8 @@ class _Teller(logging.Handler):
         self._every, self._last = every, time.monotonic()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print a line, unless the last one was a moment ago."""
-        if (now := time.monotonic()) - self._last >= self._every:
+        """Print a line, unless the last one was a moment ago and the step it announces is short."""
+        now, long = time.monotonic(), getattr(record, "seconds", 0.0) > _LONG
+        if long or now - self._last >= self._every:
             self._last = now
             warn(f"  {record.getMessage()}")

@@ -71,7 +71,7 @@ def run(tokens: Sequence[str] | None = None) -> int:
         print_fault(f"error: memory: must hold what is asked for; {' '.join(str(error).split())}".rstrip("; "))
         return 2
     except KeyboardInterrupt:
-        print_fault("interrupted: finished loads are kept; the same command goes on from them")
+        print_fault("interrupted: finished loads, cases and designs are kept; the same command goes on from them")
         return 130
     finally:
         QUIET.reset(before)

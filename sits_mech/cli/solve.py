@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, exit_code_of, kept_promise, not_converged, solving, warn
+from sits_mech.cli.console import announcing, answer, exit_code_of, kept_promise, not_converged, solving, warn
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -89,7 +89,7 @@ def inductance(
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
-    from sits_mech.quantities import Pose, SolveFailed, report_of
+    from sits_mech.quantities import Pose, SolveFailed, kept_report, report_of
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
@@ -106,15 +106,19 @@ def inductance(
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
     try:
-        data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None
-        found = solver.impedance(pose, min(hertz))
+        with announcing():
+            data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None
+            found = solver.impedance(pose, min(hertz))
     except SolveFailed as error:
         return not_converged(error, as_json)
+    found = replace(found, report=found.report.judged(tolerance))
     unsolved = omissions(slowest, (None, choice), (), (pose, found))
     bounded = not any(item.unbounded for item in found.report.left_out)
     omitted = left_out_tables(unsolved)
     if data is not None:
-        flags = flags_of(report_of(data.attrs["report"]).estimated_error, tolerance, bounded=bounded)
+        report = report_of(data.attrs["report"]).judged(tolerance)
+        data.attrs["report"] = kept_report(report)
+        flags = flags_of(report.estimated_error, tolerance, bounded=bounded)
         record = spectrum_record(pose, data, unsolved) | status_record(flags)
         answer(record, [spectrum_table(data), *omitted], as_json)
         return exit_code_of(flags[:1], accept)

@@ -23,11 +23,11 @@ from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
 from sits_mech.quantities import TOUCH, Array, Integers, shown_unit
-from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import Calibration, check_resolved
 from sits_mech.readout.converter import converter
 from sits_mech.readout.inversion import APART, HOPELESS, LONGEST, MARGIN, REACH
 from sits_mech.readout.loads import fixed, load_words, several
+from sits_mech.readout.quality import reading_errors
 from sits_mech.report.page.explorer import page_file
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
@@ -57,8 +57,9 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
     notes = [
         f"{len(found.power)} terms for each of {len(cal.coils)} coils, {_bytes(found)} bytes of tables, "
         f"within {found.error:.2g} codes of the map",
-        f"interpolation error, by leaving out loads: {_in_words(cal, float(cal.map.error.max()))}",
-        f"estimated errors of the loads: up to {_in_words(cal, own)}",
+        f"interpolation error, by leaving out loads: {cal.map.error.max():.3g} codes",
+        f"estimated errors of the loads: up to {own:.3g} codes",
+        f"with what is not known of the silicone, 90 % of the true forces are within a median of {_within(cal)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")
@@ -72,11 +73,11 @@ def _own_error(read: Readings) -> float:
     return float(np.nanmax(0.5 * (read.codes + read.front.below) * read.error_L / read.L))
 
 
-def _in_words(cal: Calibration, codes: float) -> str:
-    """Return an error in codes and the error of each force by it."""
-    off = cal.force_error(0.5 * (cal.low + cal.high), np.full(len(cal.coils), codes))
-    milli = [f"{1e3 * each:.2g} m{_unit(name)[1][1:]} of {name}" for name, each in zip(cal.forces, off, strict=True)]
-    return f"{codes:.3g} codes: {', '.join(milli)} mid-range"
+def _within(cal: Calibration) -> str:
+    """Return the half width that holds 90 % of each true force, median and greatest over the loads, as `quality`."""
+    rows = zip(cal.forces, 1e3 * reading_errors(cal), strict=True)
+    each = (f"{usual:.4g} m{_unit(name)[1][1:]} of {name} (up to {worst:.4g})" for name, (_, usual, worst) in rows)
+    return ", ".join(each)
 
 
 def _unit(name: str) -> tuple[float, str]:
@@ -114,14 +115,13 @@ def header(source: Source, found: FixedPoint) -> str:
         most = "forces below 2147 N, moments below 2.1 N m, places within 2.1 m"
         raise SceneError(f"--to c: must have {most}; got {_ranges(cal)}")
     worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
-    within = many * budget(cal, 0.5 * (cal.low + cal.high)).total
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
     return Template(page_file("firmware.h.in", "export")).substitute(
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit}]" for name, unit in zip(cal.forces, units, strict=True)),
-        forces_within=", ".join(f"{e:.2g} {u} of {f}" for f, e, u in zip(cal.forces, within, units, strict=True)),
+        forces_within=_within(cal),
         worth=", ".join(f"{w:.3g} {u} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
         bytes=_bytes(found), stack=_stack(found), products=_products(found),

@@ -89,17 +89,16 @@ def quality(
     if noise.shape != (len(cal.coils),) or not np.all(noise > 0.0):
         raise ValueError(f"noise: must be {len(cal.coils)} positive numbers [{cal.unit}]; got {noise}")
     loads, span = _loads(cal), cal.high - cal.low
-    flat = loads.to_numpy().reshape(-1, len(span))
-    inside = cal.domain.holds(cal.map.scaled(flat), 0.0)
-    valid = flat[inside & cal.domain.valid(cal.map.scaled(flat)) & (cal.share > 0.0)]
+    flat, valid = loads.to_numpy().reshape(-1, len(span)), _valid(cal)
+    inside = flat[cal.domain.holds(cal.map.scaled(flat), 0.0)]
     seen = observability(cal.forces, cal.map.slopes(0.5 * (cal.low + cal.high)), noise, span)
     fine = np.tile(seen.resolution[:, None], 3)
-    by_map, whole = np.full(len(span), np.nan), np.full((len(span), 3), np.nan)
+    by_map = np.full(len(span), np.nan)
     if len(valid):
         fine = _spread(cal.force_noise(valid, noise))
         by_map = np.max(cal.force_error(valid, cal.map.error), axis=0)
-        known = None if table is None else table_errors(table, cal.forces)
-        whole = _spread(budget(replace(cal, noise=noise, table_errors=cal.table_errors or known), valid).total)
+    known = None if table is None else table_errors(table, cal.forces)
+    whole = reading_errors(replace(cal, noise=noise, table_errors=cal.table_errors or known))
     sums = _linear_sums(cal, flat)
     sums[[name not in seen.resolved for name in cal.forces]] = np.nan  # what no coil answers has no readout
     read = loads.copy(data=((cal.map.at(flat) - cal.map.at(flat).mean(axis=0)) @ sums.T).reshape(loads.shape))
@@ -109,9 +108,25 @@ def quality(
         _linear_error(table, np.eye(len(cal.L0))) / cal.L0, _linearity(cal, _own_sums(cal, table, sums)),
         cal.map.slopes(_least(cal)) / cal.L0[:, None], _slope_errors(cal, table),
         _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map, whole,
-        _condition(cal, valid if len(valid) else flat[inside]), seen, cal.share, cal.no_inverse, cal.error,
+        _condition(cal, valid if len(valid) else inside), seen, cal.share, cal.no_inverse, cal.error,
         _hysteresis(cal, branches),
     )
+
+
+def reading_errors(cal: Calibration) -> Array:
+    """Return least, median, greatest half width that holds 90 % of the true forces, over loads that have an inverse.
+
+    By `budget`, with the calibration's noise and table errors; shape (d, 3) [N, N m], NaN without an inverse.
+    """
+    valid = _valid(cal)
+    return _spread(budget(cal, valid).total) if len(valid) else np.full((len(cal.forces), 3), np.nan)
+
+
+def _valid(cal: Calibration) -> Array:
+    """Return the loads of a fine grid that have an inverse, shape (m, d)."""
+    flat = _loads(cal).to_numpy().reshape(-1, len(cal.forces))
+    scaled = cal.map.scaled(flat)
+    return np.asarray(flat[cal.domain.holds(scaled, 0.0) & cal.domain.valid(scaled) & (cal.share > 0.0)])
 
 
 def _loads(cal: Calibration) -> xr.DataArray:

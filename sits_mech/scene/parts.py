@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, model_validator
@@ -169,6 +169,8 @@ class Target(Plate):
     planar_boundary_radius : float or None
         Where the vector potential vanishes, for "free" [m].
     """
+
+    elsewhere: ClassVar[dict[str, str]] = {"centre": "the target rests at x = y = 0; move coils.NAME.centre"}
 
     youngs_modulus: Modulus | None = None
     poissons_ratio: PoissonsRatio | None = None

@@ -204,7 +204,8 @@ def test_folders_and_clusters_that_are_none(tmp_path: Path, capsys: pytest.Captu
     assert "not in this table: 1 finished case(s) of other values" in capsys.readouterr().err
     written(tmp_path, HEAD + '[vary]\ndv = ["2 mm"]\n[fixed]\ntolerance = 0.1\n')
     capsys.readouterr()
-    assert run(["sweep", str(path), "-o", out]) == 2 and "another study" in capsys.readouterr().err
+    assert run(["sweep", str(path), "-o", out]) == 2
+    assert "that of another study: fixed." in capsys.readouterr().err
     assert run(["sweep", str(path), "-o", out, "-j", "0"]) == 2 and "processes" in capsys.readouterr().err
 
 

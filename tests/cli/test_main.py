@@ -22,7 +22,7 @@ from sits_mech.analysis.ladder import LadderStep
 from sits_mech.chain import models
 from sits_mech.chain.models import mechanical_model
 from sits_mech.cli import options
-from sits_mech.cli.console import print_table
+from sits_mech.cli.console import announcing, print_table
 from sits_mech.cli.main import commands, run
 from sits_mech.cli.options import LoadGrid
 from sits_mech.magnetics.coils.resistance import track_resistance
@@ -80,6 +80,7 @@ def test_inductance_against_independent_numbers(capsys: Capture) -> None:
     place = ("--dv", "2 mm", "--dh", "2 mm")
     found = answer(capsys, "inductance", "biorob2018", *place, "--frequency", "5 kHz", "--model", "planar", "--accept")
     assert found["report"]["left_out_error"] > 0.1 and found["status"] == "above tolerance"
+    assert sum("the tolerance 0.001 is missed" in note for note in found["report"]["notes"]) == 1
     assert set(found) >= {"pose", "frequency", "unit_L", "L", "R", "L0", "relative", "R_dc", "report"}
     assert set(found["report"]) == REPORT and found["unit_L"] == "H/m" and found["frequency"] == 5e3
     L, R, L0 = (np.array(found[name]) for name in ("L", "R", "L0"))
@@ -107,6 +108,7 @@ def test_inductance_over_a_range(capsys: Capture) -> None:
     np.testing.assert_allclose(found["frequency"], [1e3, 1e5, 1e7], rtol=1e-12)
     assert np.shape(found["L"]) == np.shape(found["R"]) == (3, 2, 2) and np.shape(found["Q"]) == (3, 2)
     assert set(found["report"]) == REPORT and np.shape(found["L0"]) == (2, 2)
+    assert sum("the tolerance 0.001 is missed" in note for note in found["report"]["notes"]) == 1
     alone = answer(capsys, *words, "10 MHz")
     np.testing.assert_array_equal(alone["L"], found["L"][2])
     assert "terminals" not in alone and any(item["what"] == "terminals" for item in alone["report"]["left_out"])
@@ -326,6 +328,15 @@ def test_a_closed_stdout_is_one_line() -> None:
     for closed, lines in ((">&-", 1), (">&- 2>&-", 0)):
         done = subprocess.run(["sh", "-c", f"{sys.executable} -m sits_mech catalog {closed}"], stderr=-1, text=True)
         assert done.returncode == 2 and done.stderr.count("\n") == lines and "Traceback" not in done.stderr
+
+
+def test_long_steps_are_announced(capsys: Capture) -> None:
+    """At once, before they begin; short ones only when nothing was said for a while."""
+    log = logging.getLogger("sits_mech.some.model")
+    with announcing():
+        for seconds in (5.0, 20.0):
+            log.info("about %g s", seconds, extra={"seconds": seconds})
+    assert capsys.readouterr().err == "  about 20 s\n"
 
 
 def test_what_is_solved_is_printed_and_written(capsys: Capture, tmp_path: Path) -> None:

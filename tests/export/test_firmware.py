@@ -11,6 +11,7 @@ import xarray as xr
 
 from sits_mech.analysis.bench import code_calibration, readings
 from sits_mech.cli.main import run
+from sits_mech.export.calibrations import quality
 from sits_mech.export.firmware import header, write_header
 from sits_mech.export.fixed_point import fixed_point
 from sits_mech.export.formats import export
@@ -258,12 +259,21 @@ def test_says_what_its_integers_are_worth(source: Source, tmp_path: Path) -> Non
     read = readings(source.sensor, source.data)
     off = float(np.max(0.5 * read.codes * read.error_L / read.L))
     notes = write_header(source, tmp_path / "table.h")
-    assert notes[2].startswith(f"estimated errors of the loads: up to {off:.3g} codes: ")
+    assert notes[2] == f"estimated errors of the loads: up to {off:.3g} codes"
     text = (tmp_path / "table.h").read_text(encoding="utf-8")
     assert f"the estimated errors of the loads are up to {off:.3g} codes" in text.replace("\n * ", " ")
     assert "Calibrated: F_x -1 to 1 N, F_z 0 to 3 N.\n" in text
     write_header(Source(source.sensor, source.data.assign_coords(M=1e-3)), tmp_path / "table.h")
     assert "F_z 0 to 3 N; all under M = 0.001 N m.\n" in (tmp_path / "table.h").read_text(encoding="utf-8")
+
+
+def test_says_the_errors_that_quality_says(source: Source) -> None:
+    """Median and greatest over the loads; of a map of codes, which go as L^-1/2 and bend a little otherwise than L."""
+    text = header(source, fixed_point(code_calibration(source.sensor, source.data)))
+    found = re.findall(r"([\d.e+]+) mN of (F_.) \(up to ([\d.e+]+)\)", text)
+    expected = quality((source.sensor, source.data)).force_error[:, 1:]
+    assert [name for _, name, _ in found] == ["F_x", "F_z"]
+    assert np.array([(usual, most) for usual, _, most in found], dtype=float) == pytest.approx(1e3 * expected, rel=0.05)
 
 
 def test_size_and_stack(source: Source, tmp_path: Path) -> None:

@@ -94,6 +94,10 @@ SAID = [
         "carried up to F_z = 11 +- 0.5 N (55.00% +- 2.50% of the path)",
     ),
     (
+        carried_note((Wrench(F_z=11.0), Wrench(F_z=0.5)), (0.55, 0.025), K.WITHIN_DATA),
+        "within the silicone's data up to F_z = 11 +- 0.5 N (55.00% +- 2.50% of the path)",
+    ),
+    (
         Note.of(K.NO_LARGEST, F_x=1.0, sink=2e-3),
         "no largest load was found: a coarse mesh could be followed to F_x = 1 N, sink = 0.002 m",
     ),

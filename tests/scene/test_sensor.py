@@ -248,6 +248,7 @@ REFUSED = {
     "elastomer.diameter=20 mm": r"elastomer: width must not be given for a cylinder",
     "readout.idle_coil=loose": r"readout.idle_coil: must be 'shorted', 'open' or 'live'",
     "substrate_radius=1 mm": r"substrate_radius must be at least",
+    'target.centre=["1 mm", "0 mm"]': "target.centre: must be left out: .*coils.NAME.centre; got .'1 mm', '0 mm'.",
     "colour=red": r"colour: the key must be one of",
 }
 

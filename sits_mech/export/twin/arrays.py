@@ -18,11 +18,11 @@ from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.quantities import Array, SolveFailed, Wrench, tensor_grid
-from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import OK, Calibration, check_resolved
 from sits_mech.readout.converter import FrontEnd, conversion_time
 from sits_mech.readout.inversion import INCONSISTENT, MARGIN
 from sits_mech.readout.loads import answered, load_words, several, varied
+from sits_mech.readout.quality import reading_errors
 from sits_mech.scene.sensor import SceneError, silicone_of
 from sits_mech.silicone.history import retardation
 from sits_mech.version import __version__
@@ -39,7 +39,7 @@ ABOUT = {
     "MAP_columns, MAP_fixed": "which of the six components these are; what the others are",
     "MAP_error": "(outputs,): largest error of the map where it predicts what it was not fitted to [H, codes]",
     "model_error": "(coils,): largest estimated error of the solved inductances themselves [H]",
-    "force_error": "(d,): half width that holds 90 % of the true forces, mid-range [N, N m]",
+    "force_error": "(d,): half width that holds 90 % of the true forces, median over the loads [N, N m]",
     "scale_L, scale_codes": "(coils,): range of each output over the table [H, codes]",
     "directions_L, directions_codes": "(d, coils + 1): what the guesses take of readings over their scale",
     "residual, margin": "of an estimate: largest misfit over the range; how far beyond the domain it counts [-]",
@@ -135,7 +135,7 @@ def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, not
         notes.append(f"no estimate of wrenches: {error}")
         return {"no_inverse": np.array(str(error))}
     found = {"no_inverse": np.array(""), "margin": np.array(MARGIN)}
-    found["force_error"] = budget(cal, 0.5 * (cal.low + cal.high)).total
+    found["force_error"] = reading_errors(cal)[:, 1]
     found["residual"] = np.array(INCONSISTENT if n > d else _EXACT)
     axes = [np.linspace(-1.0, 1.0, count) for count in cal.domain.labels.shape]
     nodes = tensor_grid(*axes)

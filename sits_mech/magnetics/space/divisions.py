@@ -85,6 +85,11 @@ class _Family:
     needed: float
     seconds: float
 
+    @property
+    def cells(self) -> int:
+        """Return the number of cells of the finest division."""
+        return max(int(plan.cells.shape[0]) * 2 * (z.size - 1) * len(plan.group) for plan, z in self.divisions)
+
 
 @latest(12)
 def prepared(
@@ -100,7 +105,12 @@ def prepared(
     family, metal = _fitting_family(target, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
     asked = family.divisions, metal, family.box, family.resolved, family.depth
     read = partial(division_from_arrays, family.box, family.resolved)
-    return kept(asked, lambda: prepare_sheets(*asked), division_arrays, read, __name__)
+
+    def make() -> tuple[Sheeted, ...]:
+        _announce(family, scale)
+        return prepare_sheets(*asked)
+
+    return kept(asked, make, division_arrays, read, __name__)
 
 
 @latest(64)
@@ -115,6 +125,7 @@ def prepared_near(
     """
     seen = Seen.AT_REST if isinstance(beside, Sources) else Seen.IN_POSES
     family = _fitting_family(target, rung, scale, (seen, become))
+    _announce(family, scale)
     others = None if beside == 0.0 else beside
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, family.resolved, family.depth,
@@ -130,12 +141,16 @@ def _fitting_family(
     seen, become = way
     family = _family(target, rung, scale, seen)
     family = family if become is None else _carried_to(family, target, become)
-    cells = max(plan.cells.shape[0] * 2 * (z.size - 1) * len(plan.group) for plan, z in family.divisions)
-    _check_memory(family.box, cells, family.needed)
-    clearance, frequency, *_ = scale
-    _LOG.info("a plate of %d cells, for gaps from %.3g mm on up to %.3g MHz", cells, 1e3 * clearance, 1e-6 * frequency)
+    _check_memory(family.box, family.cells, family.needed)
     check_seconds(family.seconds, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
     return family
+
+
+def _announce(family: _Family, scale: _Scale) -> None:
+    """Log what is prepared, and the seconds that it takes."""
+    range_words = f"for gaps from {1e3 * scale[0]:.3g} mm on up to {1e-6 * scale[1]:.3g} MHz"
+    words = f"a plate of {family.cells} cells, {range_words}, about {family.seconds:.2g} s"
+    _LOG.info(words, extra={"seconds": family.seconds})
 
 
 def _check_memory(box: Box, cells: float, needed: float) -> None:

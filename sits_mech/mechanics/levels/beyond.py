@@ -35,7 +35,7 @@ _POWERS = 0.5, 2.0  # of the strain by the load: 0.85 to 1.3 seen
 
 
 def overload_refusal(line: Line, start: Equilibrium | None, control: Control) -> Solved | None:
-    """Return the refusal of a load far beyond, with the largest load that holds; None for any other load.
+    """Return the refusal of a load far beyond, with the largest that is within the data or carried; None for any other.
 
     A first level must refuse it from rest, and from the `start` if that is its own.
     """

@@ -196,11 +196,8 @@ def finished(control: Control, solved: Solved, body: str, tolerance: float | Non
     """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
     if solved.part < 1.0:
         raise path_failure(control, solved, body)
-    error = solved.found.report.estimated_error
-    if tolerance is None or error <= tolerance:
-        return solved.found
-    note = Note.of(NoteKind.TOLERANCE_MISSED, error=error, tolerance=tolerance)
-    return enlarged(solved.found, solved.found.error, error, note)
+    found = solved.found
+    return found if tolerance is None else replace(found, report=found.report.judged(tolerance))
 
 
 def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
@@ -209,7 +206,8 @@ def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
     limit = list[Note]()
     if solved.carried is not None and solved.limit is not None:
-        limit.append(carried_note(solved.carried, solved.limit))
+        kind = NoteKind.WITHIN_DATA if solved.reason is PathEnd.BEYOND else NoteKind.CARRIED
+        limit.append(carried_note(solved.carried, solved.limit, kind))
     if not limit and solved.seen < 1.0:
         limit.append(Note.of(NoteKind.NO_LARGEST, **seen))
     why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
@@ -218,7 +216,7 @@ def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     report = replace(last.report, status=Ended.PATH, notes=notes)
     if solved.reason is PathEnd.BEYOND:  # one load: the largest within the data
         most, ends = carried_words(limit[0].known), " and ".join(map(end_words, laws))
-        message = f"wrench: the {body} holds no more than {most}: {ends}"
+        message = f"wrench: the {body} is within the silicone's data up to {most}; this load is too far beyond: {ends}"
     else:
         words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)
         there = f"{wrench_words(vars(last.wrench))} ({solved.part:.1%} of the path), not to {asked}"

@@ -27,11 +27,13 @@ def given_words(given: Mapping[str, Any]) -> str:
     return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])
 
 
-def carried_note(carried: tuple[Wrench, Wrench], limit: tuple[float, float]) -> Note:
+def carried_note(
+    carried: tuple[Wrench, Wrench], limit: tuple[float, float], kind: NoteKind = NoteKind.CARRIED
+) -> Note:
     """Return the note on a largest load and its error, and on the share of what was asked with its error."""
     load, error = (vars(each) for each in carried)
     errors = {f"error_{name}": value for name, value in error.items()}
-    return Note.of(NoteKind.CARRIED, **load, **errors, part=float(limit[0]), error_part=float(limit[1]))
+    return Note.of(kind, **load, **errors, part=float(limit[0]), error_part=float(limit[1]))
 
 
 def carried_words(found: Mapping[str, Any]) -> str:
@@ -56,6 +58,7 @@ WORDS: Mapping[NoteKind, Callable[[Note], str]] = {
     NoteKind.LAW_END: _law_words,
     NoteKind.DATA_END: _law_words,
     NoteKind.CARRIED: lambda note: f"carried up to {carried_words(note.known)}",
+    NoteKind.WITHIN_DATA: lambda note: f"within the silicone's data up to {carried_words(note.known)}",
     NoteKind.NO_LARGEST: lambda note: (
         f"no largest load was found: a coarse mesh could be followed to {given_words(note.known)}"
     ),

@@ -30,8 +30,10 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
     lines += [("may be as good", words) for words in found.tied]
     lines += [("comes of", words) for words in found.causes]
-    share = f"for {100.0 * asked.least_yield:.3g} % of those made"
-    lines += [(share, f"{name} <= {figure_words(name, most)}") for name, most in found.guards.items()]
+    for name, most in found.guards.items():
+        keep, limit = (figure_words(name, each) for each in (most, found.task.limits[name]))
+        words = f"{name} <= {keep}, for {100.0 * asked.least_yield:.3g} % of those made to hold {limit}"
+        lines.append(("to keep by design", words))
     lines.append(("solved", f"{found.solves} designs"))
     tables = [key_table(title, lines), figure_table(found)]
     prices = [(each.name, price_words(each, list(found.task.goal))) for each in found.binding]

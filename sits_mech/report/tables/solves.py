@@ -11,6 +11,7 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.analysis.spectrum import Terminals
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, report_of, shown_unit
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
@@ -173,7 +174,9 @@ def spectrum_table(data: xr.Dataset) -> Table:
         for number, coil in enumerate(data["coil"].to_numpy()):
             last = number + 1 == data.sizes["coil"]
             found.add_row(*_spectrum_cells(data.sel(frequency=hertz, coil=coil, coil_2=coil)), end_section=last)
-    found.caption = "; ".join([f"largest relative error {report.estimated_error:.1e}", *map(line, report.left_out)])
+    missed = sentences(note for note in report.notes if note.kind is NoteKind.TOLERANCE_MISSED)
+    error = missed or [f"largest relative error {report.estimated_error:.1e}"]
+    found.caption = "; ".join([*error, *map(line, report.left_out)])
     return found
 
 
