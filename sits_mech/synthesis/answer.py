@@ -217,9 +217,23 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     own, least = task.aim(figures), task.aim(task.own_figures(best))
     if own - least < task.doubt(other) + task.doubt(best):
         return f"holds the limits, and is as good within the errors: what is minimised is {_more(own, least)}"
-    words, promise = f"holds the limits, but what is minimised is {_more(own, least)}", search.promised(other)
+    words, promise = f"holds the limits, but what is minimised is {_more(own, least)}", _promised(search, other, best)
     more = f"{_more(promise, least)} is predicted of its best, which was not searched"
     return words if search.as_good(own, promise) else f"{words}; {more}"
+
+
+def _promised(search: Search, found: Answered, best: Answered) -> float:
+    """Return the merit that the choice of a design that was not taken may reach, by predictions.
+
+    A step from it within its trust region, or as its solved designs compare with the best choice at the same places.
+    """
+    own, lead = (
+        next(each for each in search.branches if each.choice == one.design.choice) for one in (found, best)
+    )
+    there = [(search.merit(each), search.predicted(lead.prediction, each.point)) for each in own.prediction.solved]
+    shares = [one / other for one, other in there if min(one, other) > 0.0]
+    step = (own.promise or search.propose(own)).merit
+    return min(step, search.merit(best) * min(shares)) if own is not lead and shares else step
 
 
 def _more(value: float, least: float) -> str:

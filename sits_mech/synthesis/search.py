@@ -143,24 +143,6 @@ class Search:
         """Return whether another design may be better than the best one within the errors."""
         return self.at_best(other) < self.merit(best) + self.task.doubt(best)
 
-    def promised(self, found: Answered) -> float:
-        """Return the merit that the choice of a solved design may reach, by predictions."""
-        branch = next(each for each in self.branches if each.choice == found.design.choice)
-        branch.promise = branch.promise or self.propose(branch)
-        return min(self._hope(branch), self._beside_best(branch))
-
-    def _beside_best(self, branch: Branch) -> float:
-        """Return the merit of a choice at best, were it to the best one as at its own solved designs; infinite of it.
-
-        A trust region reaches a step from them, the best choice was followed further.
-        """
-        best = min(self.known, key=self.merit)
-        lead = next(each for each in self.branches if best in each.known)
-        solved = branch.prediction.solved
-        there = [(self.merit(each), self.predicted(lead.prediction, each.point)) for each in solved]
-        shares = [own / other for own, other in there if min(own, other) > 0.0]
-        return self.merit(best) * min(shares) if lead is not branch and shares else np.inf
-
     def predicted(self, prediction: Prediction, x: Array, slack: float = _HELD) -> float:
         """Return the predicted merit of a point."""
         return self._merit(prediction.table(x), prediction.plain(x), slack)
