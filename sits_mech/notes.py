@@ -121,6 +121,7 @@ class Relative(StrEnum):
 
     CHANGE = "change"  # of inductance that the target causes
     FREE = "L0"  # inductance without target
+    IMPEDANCE = "change of impedance"  # that the target causes
     DISPLACEMENT = "displacement"  # of the target
 
 

@@ -2,8 +2,8 @@
 
     dL/dF = dL/d(pose) d(pose)/dF,    pose = (d_h, d_v, alpha, d_y, alpha_x, alpha_z),
 
-both central differences: of the field in space, and of the pad under loads so small that its strain is. No symmetry is
-assumed: where the scene is its own image in y = 0, what F_y, M_x and M_z do comes out as rounding.
+both by central differences: of the field in space (`pose_slopes`), and of the pad under loads so small that its strain
+is. No symmetry is assumed: where the scene is its own image in y = 0, what F_y, M_x and M_z do comes out as rounding.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 
 from sits_mech.analysis.bench import self_inductances
 from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.readout.loads import request_of
 from sits_mech.readout.observability import Observability, observability
 from sits_mech.scene.sensor import SceneError, Sensor
 
-_STEP = 2e-3  # of the distance to the coils: steps of the differences
 _LOAD = 1e-3  # [N, N m / 1000]: small enough for small strain, large enough for rounding
 _TOLERANCE = 1e-2  # of the field in space: slopes at rest decide between seen and unseen
 _LEVER = 0.25  # of the target's sides: where the greatest force acts for the full scale of a moment
@@ -34,17 +34,9 @@ def wrench_slopes(sensor: Sensor, pad: MechanicalModel, field: MagneticModel) ->
     up, down = (np.array([pad.equilibrium(Wrench(*load)).pose.components for load in np.diag(sign * loads)])
                 for sign in (1.0, -1.0))
     compliance = (up - down) / (2.0 * loads[:, None])
-    return np.asarray((compliance @ _pose_slopes(sensor, field, pad.equilibrium(Wrench()).pose.components)).T)
-
-
-def _pose_slopes(sensor: Sensor, field: MagneticModel, rest: Array) -> Array:
-    """Return the slopes of L over L0 by the components of `POSE`, shape (6, n)."""
-    reach = 1.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
-    steps = _STEP * rest[1] * np.where([name.startswith("d") for name in POSE], 1.0, 1.0 / reach)
-    places = rest + np.concatenate([np.diag(steps), -np.diag(steps)])
-    shown = field.impedance(Pose.of(places), sensor.frequency)
-    L = np.diagonal(shown.L, axis1=-2, axis2=-1) / np.diagonal(shown.L0)
-    return np.asarray((L[: len(POSE)] - L[len(POSE) :]) / (2.0 * steps[:, None]))
+    rest = Pose.of(pad.equilibrium(Wrench()).pose.components[None])
+    found, by_pose, _ = pose_slopes(sensor, field, rest, sensor.frequency, POSE)
+    return np.asarray(np.einsum("ccp,wp->cw", by_pose[0], compliance) / np.diag(found.L0)[:, None])
 
 
 def table_slopes(sensor: Sensor, data: xr.Dataset) -> Array:

@@ -167,7 +167,7 @@ def _signal_slopes(cells: Cells, rows: Mask, tolerance: float) -> tuple[Array, A
     def slopes(x: float, y: float, single: bool = True) -> Array:
         """Return the slopes of a cell's signals, at (x, y) from the target that moves, (r, 6)."""
         scene = _pair(cells, pose, (x, y)) if (x, y) != (0.0, 0.0) else sensor
-        model = replace(alone, sensor=scene, single=single and scene is not sensor, steady=True)
+        model = replace(alone, sensor=scene, single=single and scene is not sensor)
         places = Pose.of(pose.components[None])
         _, by_pose, _ = pose_slopes(scene, model, places, sensor.frequency, POSE)
         return np.asarray(weights @ np.diagonal(by_pose[0], axis1=0, axis2=1).T)

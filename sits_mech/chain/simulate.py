@@ -30,7 +30,7 @@ from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.mechanics.touch import check_untouched, on_target
-from sits_mech.notes import Omission, Relative
+from sits_mech.notes import Omission
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -163,7 +163,7 @@ def flags_over(
     `left_out` is what both halves leave out; errors of poses hold what the mechanics do.
     """
     known, count, bounded = known_stretch(sensor), len(stretch), not any(item.unbounded for item in left_out)
-    more = sized(item for item in left_out if item.relative_to == Relative.CHANGE)
+    more = sized(item for item in left_out if item.half == "magnetics")
     errors = [0.0 if goal is None else goal.of(poses[k]) + more for k in range(count)]
     each = [
         marked(flags_of(own, tolerance, most, known, interpolated=between, bounded=bounded))

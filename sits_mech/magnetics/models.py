@@ -13,11 +13,10 @@ with l the shortest straight track across the section, or the target where that 
 no size. Afterwards it is the difference from a coarse answer in space (`ends.py`). Rings stand for spirals by
 the difference of both in space, beforehand by that of their inductances. Idle coils: `idle.py`.
 
-Where a model does not know the metal's field in the tracks, uneven current stays as it is without metal (`tracks`). A
-change of inductance by a share k goes with a field that takes about k of the coil's own in the tracks, and with it
-1 - (1 - k)^2 = 2 k of what uneven current takes from L0, of the change
+Where a model does not know the metal's field in the tracks, uneven current stays as it is without metal, Z_alone; to
+first order in what metal changes of Z (`tracks`), of which it leaves out
 
-    size = 2 |L(f) - L| / L0.
+    size = 2 |Z_alone| / (omega L0).
 """
 
 from __future__ import annotations
@@ -128,11 +127,13 @@ def _of_sheets(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
 def _tracks(sensor: Sensor) -> tuple[Omission, ...]:
     """Return what the metal's field would change of uneven current in the tracks, by the module docstring."""
     from sits_mech.magnetics.coils.loops import free_inductances
-    from sits_mech.magnetics.coils.resistance import rough_shift
+    from sits_mech.magnetics.coils.resistance import rough_alone
 
-    free, f = np.diag(free_inductances(sensor.coils)), sensor.frequency
-    share = [abs(rough_shift(coil, f)) / L0 for coil, L0 in zip(unnamed(sensor.coils), free, strict=True)]
-    return (Omission(OmissionKind.TRACKS, 2.0 * max(share), numbers=(("frequency", f),)),)
+    free, f = 2.0 * np.pi * sensor.frequency * np.diag(free_inductances(sensor.coils)), sensor.frequency
+    share = [abs(rough_alone(coil, f)) / X for coil, X in zip(unnamed(sensor.coils), free.tolist(), strict=True)]
+    return (
+        Omission(OmissionKind.TRACKS, 2.0 * max(share), Relative.IMPEDANCE, held=True, numbers=(("frequency", f),)),
+    )
 
 
 def _of_planar(sensor: Sensor, question: Question) -> tuple[Omission, ...]:

@@ -6,6 +6,10 @@ Central ones of fourth order, or, `quick`, one answer a component: of the plate'
     dL_cd = r_c r_d s_cd,    r_c^2 = Delta L_cc / (Delta L_cc of the coarsest division),
 
 and R likewise: a percent off where the plate is close, for what errors of a pose are worth.
+
+Among fixed plates the gap to these changes with every component, and with it the preparations that share an answer. By
+how much two of them differ is within the error of L, but is half of the slope of two coils' sum by d_h, where these
+change against each other: all steps of a pose are served by the same ones (`Sheets.prepared_at`).
 """
 
 from __future__ import annotations
@@ -55,7 +59,7 @@ def pose_slopes(
     whole = None if known is None else known.impedance
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
-    bare = coarse or _answering(model)
+    bare = coarse or _steady(_answering(model), pose)
     near = bare.impedance(Pose.of(places), frequency)
     if whole is None:
         found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
@@ -114,6 +118,15 @@ def _answering(model: Any) -> Any:
     while hasattr(model, "model") and not isinstance(model, Tracked):
         model = model.model
     return model
+
+
+def _steady(model: Any, pose: Pose) -> Any:
+    """Return a model that is prepared for all steps from some poses as for these; itself where it needs none."""
+    inner = inner_model(model)
+    if not isinstance(inner, Sheets):
+        return model
+    steady = inner.prepared_at(pose)
+    return model if steady is inner else replace(model, model=steady) if isinstance(model, Tracked) else steady
 
 
 def _coarse(model: Any) -> Sheets | None:

@@ -95,8 +95,8 @@ class Sheets:
     `tolerance` is the asked relative error of the changes of L and R; R may be off by twice that where current crowds
     at the rim. `like` is a scene that differs a little in its coils, or in the size of a target alone, a rectangle or a
     disc, by whose preparations this one is divided; `single` asks for the coarsest division alone, for differences from
-    such a scene, without errors. `steady` serves all poses of a question by the preparations of its closest one, so
-    that differences of near poses hold no change of preparations.
+    such a scene, without errors. `steady` are gaps and anchors of plates, whose preparations serve poses, one after the
+    other and again from the first on, whatever their gaps are: of `prepared_at`.
     """
 
     sensor: Sensor
@@ -104,7 +104,7 @@ class Sheets:
     windings: str = "rings"  # "rings" or "spiral"
     like: Sensor | None = None
     single: bool = False
-    steady: bool = False
+    steady: tuple[tuple[tuple[float, ...], float], ...] = ()
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
@@ -150,9 +150,21 @@ class Sheets:
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
         """Return the plates' gaps with their anchors, and the lowest frequency that one preparation answers [Hz]."""
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
-        gaps = [np.full_like(part.gap, part.gap.min()) if self.steady else part.gap for part in parts]
-        anchors = [part.anchor for part in parts]
-        return list(zip(gaps, anchors, strict=True)), -math.inf if drawn else 0.0
+        found = [(part.gap, part.anchor) for part in parts]
+        if self.steady:
+            each = zip(self.steady, found, strict=True)
+            found = [(np.resize(gaps, gap.shape), anchor) for (gaps, anchor), (gap, _) in each]
+        return found, -math.inf if drawn else 0.0
+
+    def prepared_at(self, pose: Pose) -> Sheets:
+        """Return the model for differences from p poses: small steps of these, or of lengths, have their preparations.
+
+        Without fixed plates, the model itself.
+        """
+        if not self.sensor.conductors:
+            return self
+        parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
+        return replace(self, steady=tuple((tuple(part.gap.tolist()), part.anchor) for part in parts))
 
     def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
         """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.

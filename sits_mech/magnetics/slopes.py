@@ -226,7 +226,8 @@ def by_lengths(
 
 def _asked(model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str]) -> _Asked:
     """Return what answers for lengths; the model itself without any."""
-    return _Asked(solver_of(model) if keys else model, rows, frequency)
+    solver = solver_of(model) if keys else model
+    return _Asked(solver.prepared_at(Pose.of(rows)) if isinstance(solver, Sheets) else solver, rows, frequency)
 
 
 def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:

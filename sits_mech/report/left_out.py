@@ -72,6 +72,7 @@ _REASONS: Mapping[OmissionKind, _Reason] = {
 }
 RELATIVE = {
     Relative.CHANGE: "the change", Relative.FREE: "L0", Relative.DISPLACEMENT: "the displacement",
+    Relative.IMPEDANCE: "the change of impedance",
 }
 """What sizes are relative to, in words."""
 

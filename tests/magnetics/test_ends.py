@@ -143,9 +143,9 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch
     assert found.report.estimated_error == pytest.approx(0.37, abs=0.01) and narrow.report.estimated_error < 2e-3
     item, tracks = found.report.left_out
     assert (item.kind, item.unbounded, item.held) == (OmissionKind.PLATE_ENDS, False, False)
-    assert tracks.kind == OmissionKind.TRACKS and 0.01 < tracks.size < 0.02
+    assert tracks.kind == OmissionKind.TRACKS and tracks.held and 0.015 < tracks.size < 0.025
     both = found.report.estimated_error - narrow.report.estimated_error
-    assert item.size + tracks.size == pytest.approx(both)
+    assert both - item.size == pytest.approx(tracks.size, rel=0.25)  # of L alone
     assert found.shared_L is not None and found.shared_L[-1, 0, 0] > 0.0  # endless plates take more
     again = PLANAR.leaves_out(sensor, Question(pose=pose, answer=(pose, found)))
     assert item in again and asked == [0.1]
@@ -159,9 +159,7 @@ def test_what_has_no_size_is_in_no_error() -> None:
     pose, section = Pose(0.0, 2 * MM), answer(4.0, np.array([3.0, 3.5]), np.array([2.0, 3.0]), "H/m", (0.1, 0.2))
     assert ends_of_plates(steel, pose, section) is None
     found = Whole(Given(section), steel, MAGNETICS["planar-fem"]).impedance(pose, 5e6)
-    (tracks,) = (item for item in found.report.left_out if item.kind == OmissionKind.TRACKS)
-    assert found.report.estimated_error == pytest.approx(1e-3 + tracks.size)
-    assert found.error_L[0, 0] == pytest.approx(0.1 + tracks.size * 1.0)
+    assert found.report.estimated_error == 1e-3 and found.error_L[0, 0] == pytest.approx(0.1)
     assert [item.kind for item in found.report.left_out if item.unbounded] == [OmissionKind.PLATE_ENDS]
 
 
@@ -180,10 +178,8 @@ def test_an_answer_in_section_holds_its_ends(sensor: Sensor, monkeypatch: pytest
     parts = [np.full((2, 2), value) for value in (-0.3, -0.5, 0.01, 0.02)]
     monkeypatch.setattr(ends, "ends_of_plates", lambda *_: Ends(*parts, size=0.31))
     found = Whole(Given(section), sensor, PLANAR).impedance(Pose(0.0, 2 * MM), 5e6)
-    (tracks,) = (item for item in found.report.left_out if item.kind == OmissionKind.TRACKS)
-    assert found.error_L[0, 0] == pytest.approx(0.41 + tracks.size * 1.0)
-    assert found.error_R[0, 0] == pytest.approx(0.72 + tracks.size * 3.0)
-    assert found.report.estimated_error == pytest.approx(0.311 + tracks.size)
+    assert found.error_L[0, 0] == pytest.approx(0.41) and found.error_R[0, 0] == pytest.approx(0.72)
+    assert found.report.estimated_error == pytest.approx(0.311)
     assert found.shared_L.tolist() == [parts[0].tolist()]
 
 

@@ -8,8 +8,9 @@ import pytest
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.slopes import by_lengths
 from sits_mech.quantities import POSE, Pose
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.scene.sensor import Sensor, load_sensor
 
 MM = 1e-3
 
@@ -39,3 +40,25 @@ def test_known_slopes_are_not_solved_for() -> None:
     assert same is found
     np.testing.assert_allclose(both, L * [2.0, 2.0, 1.0], rtol=1e-12)
     np.testing.assert_allclose(other, R, rtol=1e-12)
+
+
+def beside_a_plate(x: float) -> Sensor:
+    """A plate whose middle is at x [mm], its rim 1.6 mm from the target's where x = 9.6."""
+    plate = 'name="S", material="copper", shape="rectangle", width="8 mm", length="10 mm", thickness="0.3 mm"'
+    return load_sensor("biorob2018", [f'conductors=[{{{plate}, centre=["{x} mm", "0 mm", "2.3 mm"]}}]'])
+
+
+def test_slopes_beside_a_plate_hold_no_change_of_preparations() -> None:
+    """Two preparations share the answer at this gap: long steps of a finer model, and the coils' sum, a tenth of each.
+
+    By d_h the sum was half as steep, by the plate's place that of the coil near it 4 % less.
+    """
+    sensor, pose, h = beside_a_plate(9.6), Pose(*np.array([[0.0], [2.0 * MM]])), 0.05 * MM
+    model, fine = sheets(sensor, 1e-1), sheets(sensor, 1e-2).prepared_at(pose)
+    _, L, _ = pose_slopes(sensor, model, pose, 5e6, ("d_h",))
+    moved = fine.impedance(Pose(np.array([h, -h]), np.full(2, 2.0 * MM)), 5e6).L
+    own, by_hand = (np.diagonal(each) for each in (L[0, ..., 0], (moved[0] - moved[1]) / (2.0 * h)))
+    np.testing.assert_allclose([*own, own.sum()], [*by_hand, by_hand.sum()], rtol=2e-2)
+    by_place, *_ = by_lengths(sensor, model, pose.components, 5e6, ("conductors.S.centre.0",))
+    far, near = (fine.beside(beside_a_plate(x)).impedance(pose, 5e6).L[0, 1, 1] for x in (9.8, 9.4))
+    assert by_place[0, 1, 1, 0] == pytest.approx((far - near) / (0.4 * MM), rel=2e-2)

@@ -136,6 +136,37 @@ def test_other_metal_takes_of_it_as_well() -> None:
     assert sheets(ferrite, 1e-1).with_tracks(none, 5e6, Tracks(ferrite.coils, 5e6, 5e6))[1] is None
 
 
+@pytest.mark.parametrize(("name", "mu", "frequency", "gap"), [
+    ("biorob2018", 200.0, 1e6, 2.0), ("biorob2018", 200.0, 3e5, 0.3), ("biorob2018", 20.0, 5e6, 1.0),
+    ("biorob2018", 1.0, 5e6, 2.0), ("wide tracks", 200.0, 1e6, 1.0), ("heavy copper", 200.0, 3e6, 0.5),
+])
+def test_what_is_left_out_over_steel_is_in_the_errors(name: str, mu: float, frequency: float, gap: float) -> None:
+    """Its size is about what finite elements, which know the metal's field, find it to be."""
+    metal = {"conductivity": 5e6, "relative_permeability": mu, "thickness": 1 * MM}
+    copper = study.scene(name, frequency, gap)
+    sensor = copper.model_copy(update={"target": copper.target.model_copy(update=metal)})
+    tracks = Tracks(sensor.coils, frequency, frequency)
+    found, change = axisymmetric_fem(sensor, 1e-2).with_tracks(Pose(0.0, gap * MM), frequency, tracks)
+    none, error = tracks.unknown(found)
+    assert change is not None
+    known = complex(change[0].item())
+    assert none.item() == 0.0 and abs(known.real) < error.item().real and abs(known.imag) < error.item().imag
+    assert abs(error.item()) < 3.0 * abs(known)
+
+
+@pytest.mark.parametrize(("frequency", "gap"), [(1e6, 2.0), (3e6, 1.0)])
+def test_sheets_over_steel_hold_finite_elements(frequency: float, gap: float) -> None:
+    """Within the sum of both errors, where L hardly changes and where R does by more than that of the tracks."""
+    copper = study.scene("biorob2018", frequency, gap)
+    steel = {"conductivity": 5e6, "relative_permeability": 200.0, "thickness": 1 * MM}
+    sensor = copper.model_copy(update={"target": copper.target.model_copy(update=steel)})
+    one, other = (
+        magnetic_model(sensor, name)[0].impedance(Pose(0.0, gap * MM), frequency)
+        for name in ("axisymmetric-fem", "sheets")
+    )
+    assert abs(one.L - other.L) < one.error_L + other.error_L and abs(one.R - other.R) < one.error_R + other.error_R
+
+
 def test_conductivity_and_frequency_scale() -> None:
     """Z of tracks of sigma at f is sigma_0/sigma times that of copper at f sigma/sigma_0, and smooth in f."""
     coil = study.scene("biorob2018", 5e6, None).coils[0]

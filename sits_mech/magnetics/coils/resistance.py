@@ -95,10 +95,12 @@ def track_response(coil: Coil, frequency: float, highest: float) -> TrackRespons
 
 
 @lru_cache(maxsize=128)
-def rough_shift(coil: Coil, frequency: float) -> float:
-    """Return about what uneven current takes from a coil's inductance, by two filaments along each side [H]."""
-    alone, *_ = _series(*_rough(coil), frequency)
-    return alone.imag / (2.0 * np.pi * frequency)
+def rough_alone(coil: Coil, frequency: float) -> complex:
+    """Return about what uneven current by other turns' field adds to a coil's impedance [ohm].
+
+    By two filaments along each side, which are alike in a track's own field.
+    """
+    return _series(*_rough(coil), frequency)[0]
 
 
 @lru_cache(maxsize=32)

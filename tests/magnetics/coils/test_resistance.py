@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from sits_mech.disk_cache import VARIABLE
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.magnetics.coils import resistance
-from sits_mech.magnetics.coils.resistance import rough_shift, track_conductivity, track_resistance
+from sits_mech.magnetics.coils.resistance import rough_alone, track_conductivity, track_resistance
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.memory import SECONDS
 from sits_mech.scene.sensor import Coil, SceneError
@@ -45,10 +45,10 @@ def test_the_second_command_finds_no_modes(tmp_path: Path, monkeypatch: pytest.M
 def test_cases_of_one_coil_share_its_rough_modes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every scene and frequency asks for them; two filaments along a side give half and more of the shift."""
     fine = track_spectrum(COIL, [1e6, 5e6]).shift
-    rough_shift(COIL, 5e6)
+    rough_alone(COIL, 5e6)
     monkeypatch.setattr(resistance, "eddy_modes", None)
     for frequency, shift in zip((1e6, 5e6), fine, strict=True):
-        assert 0.5 < rough_shift(COIL.model_copy(), frequency) / shift < 1.0
+        assert 0.5 < rough_alone(COIL.model_copy(), frequency).imag / (2 * np.pi * frequency * shift) < 1.0
 
 
 def test_limits() -> None:
