@@ -152,8 +152,9 @@ class Sheets:
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
         found = [(part.gap, part.anchor) for part in parts]
         if self.steady:
-            each = zip(self.steady, found, strict=True)
-            found = [(np.resize(gaps, gap.shape), anchor) for (gaps, anchor), (gap, _) in each]
+            found = [
+                (np.resize(own, gap.shape), anchor) for (own, anchor), (gap, _) in zip(self.steady, found, strict=True)
+            ]
         return found, -math.inf if drawn else 0.0
 
     def prepared_at(self, pose: Pose) -> Sheets:
@@ -244,11 +245,10 @@ class Sheets:
         """Return Delta Z of several plates on all divisions; then as far off as permeable ones' estimated errors."""
         most, answering = max(len(plate.divisions) for plate in plates), []
         for part, plate in zip(parts, plates, strict=True):
-            found = plate.divisions + plate.divisions[:1] * (most - len(plate.divisions))
-            answering.append(SpacePlate(found, part.turns, part.places))
+            own = plate.divisions
+            answering.append(SpacePlate(own + own[:1] * (most - len(own)), part.turns, part.places))
         target: tuple[Any, ...] = answering.pop(0).divisions if self.sensor.target is not None else ()
-        values = coupled_reactions(target, seen, answering, frequency)
-        return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
+        return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in coupled_reactions(target, seen, answering, frequency)]
 
 
 def sheets(sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = None) -> Sheets:
@@ -272,8 +272,9 @@ def not_representable(sensor: Sensor) -> Refusal | None:
         return Refusal("substrate_radius", "be left out for sheets, of flat coils", mm(sensor.substrate_radius))
     for name, part in metal_parts(sensor):
         if holed(part, sensor.frequency):
-            key, what, got = "inner_diameter", "permeable part conducts", part.inner_diameter
-            key, what, got = ("holes", "part is permeable", len(part.holes)) if part.holes else (key, what, got)
+            key, what, got = ("holes", "part is permeable", len(part.holes)) if part.holes else (
+                "inner_diameter", "permeable part conducts", part.inner_diameter
+            )
             return Refusal(f"{name}.{key}", f"be left out for sheets where a {what}", f"{got:g}")
     return overlapping(sensor)
 
@@ -283,13 +284,11 @@ def _field_of_all(
 ) -> Complex:
     """Return what is asked of the field of plates, each by the coils alone, some poses after others."""
     found, step = list[Complex](), max(1, HELD // (asked.points.size * len(seen.coils)))
+    each = [replace(seen, turns=part.turns, places=part.places) for part in parts]
     for first in range(0, len(seen.places), step):
-        some, total = slice(first, first + step), None
-        for part, plate in zip(parts, plates, strict=True):
-            own = replace(seen, turns=part.turns, places=part.places)
-            B = plate.divisions[0].field(own if len(part.turns) == 1 else own.some(some), frequency, asked.points)
-            total = B if total is None else total + B
-        found.append(asked.of(np.asarray(total)))
+        some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
+        B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
+        found.append(asked.of(np.sum(B, axis=0)))
     return np.concatenate(found, axis=1)
 
 
