@@ -288,7 +288,7 @@ def _field_of_all(
     for first in range(0, len(seen.places), step):
         some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
         B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
-        found.append(asked.of(np.sum(B, axis=0)))
+        found.append(asked.of(np.asarray(sum(B))))
     return np.concatenate(found, axis=1)
 
 
