@@ -120,13 +120,19 @@ def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: 
         return max(tried, key=lambda each: each.part)
     number = max(looks, key=lambda each: looks[each].reached)
     farthest = second_look(line, number, start, control, looks[number], _SMALLEST[1])
-    return _beyond(line, start, control, looks) or farthest if farthest.second.reached == 1.0 else farthest
+    return _beyond(line, start, control, looks, farthest) or farthest if farthest.second.reached == 1.0 else farthest
 
 
-def _beyond(line: Line, start: Equilibrium | None, control: Control, looks: Mapping[int, Outcome]) -> Pair | None:
-    """Return the rest by the second and the third level of the first family that gets there, if one does."""
+def _beyond(
+    line: Line, start: Equilibrium | None, control: Control, looks: Mapping[int, Outcome], farthest: Pair
+) -> Pair | None:
+    """Return the rest by the second and the third level of the first family that gets there, if one does.
+
+    `farthest` is the second look that was taken.
+    """
     for number, look in looks.items():
-        pair = second_look(line, number, start, control, look, _SMALLEST[1])
+        own = number == farthest.number
+        pair = farthest if own else second_look(line, number, start, control, look, _SMALLEST[1])
         there = beyond_first(line, control, pair) if pair.second.reached == 1.0 else None
         if there is not None:
             return there
