@@ -227,9 +227,7 @@ def _promised(search: Search, found: Answered, best: Answered) -> float:
 
     A step from it within its trust region, or as its solved designs compare with the best choice at the same places.
     """
-    own, lead = (
-        next(each for each in search.branches if each.choice == one.design.choice) for one in (found, best)
-    )
+    own, lead = map(search.branch_of, (found, best))
     there = [(search.merit(each), search.predicted(lead.prediction, each.point)) for each in own.prediction.solved]
     shares = [one / other for one, other in there if min(one, other) > 0.0]
     step = (own.promise or search.propose(own)).merit

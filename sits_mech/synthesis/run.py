@@ -105,7 +105,7 @@ def design(
         raise refused(asked, known)
     finals = run.finals(search, known)
     best, task, space = finals[0], search.task, asked.space  # as learned from the finals
-    branch = next(each for each in search.branches if each.choice == best.design.choice)
+    branch = search.branch_of(best)
     share = made_share(task, best)
     open_ = [name for name in task.undecided(best) if name != "yield"]
     open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
@@ -246,7 +246,7 @@ class _Run:
 
         The simplest one that is predicted to be as good; where that does not come true, the best known one as well.
         """
-        branch = next(each for each in search.branches if each.choice == best.design.choice)
+        branch = search.branch_of(best)
         found = self.rounded(search, branch, search.simplest(branch, best))
         enough = search.worth(best) if self.holds(search, found) else 0.0
         if search.merit(found) - search.merit(best) > enough:

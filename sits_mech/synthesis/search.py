@@ -114,6 +114,10 @@ class Search:
         """Whether nothing is minimised and a design holds."""
         return not self.task.goal and self.best_merit <= 0.0
 
+    def branch_of(self, found: Answered) -> Branch:
+        """Return the search of a design's choice."""
+        return next(each for each in self.branches if each.choice == found.design.choice)
+
     @property
     def known(self) -> list[Answered]:
         """All solved designs."""
