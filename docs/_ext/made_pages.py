@@ -18,7 +18,7 @@ from typing import Any
 
 from sits_mech.labels import described
 
-_QUICK = ("force_calibration", "hysteresis", "mechanics_accuracy", "paper_outlook", "work_precision")
+_QUICK = ("force_calibration", "hysteresis", "paper_outlook")
 _WORDS = {"N*m": "N m"}
 _NUMBER = re.compile(r"_?[A-Z][A-Z_0-9]*(?:, _?[A-Z][A-Z_0-9]*)* *(?::[^=]*)?= *\(?-?[0-9.]")
 _PLURALS = {"quantity": "quantities", "table": "tables", "whole number": "whole numbers", "list of": "lists of",
