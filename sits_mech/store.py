@@ -72,7 +72,7 @@ class Cases:
 
 @contextmanager
 def opened(folder: Path) -> Iterator[Cases]:
-    """Yield the cases of a sweep's folder, which is made, and take in those that earlier versions wrote as files.
+    """Yield the cases of a sweep's folder, which is made.
 
     Raise SceneError in one line where another run has it, where it cannot be written to, or what is there is no store.
     """
@@ -87,9 +87,7 @@ def opened(folder: Path) -> Iterator[Cases]:
         with _refused(path), file:
             for step in _BEGIN:
                 file.execute(step)
-        cases = Cases(path, file)
-        cases.put(_single(folder, cases.names))
-        yield cases
+        yield Cases(path, file)
 
 
 @contextmanager
@@ -105,15 +103,6 @@ def claimed(folder: Path) -> Iterator[None]:
             yield
         finally:
             path.unlink(missing_ok=True)
-
-
-def _single(folder: Path, known: set[str]) -> Iterator[tuple[str, Row]]:
-    """Yield name and row of each case with a file of its own, but those that are known."""
-    for place in (folder, folder / "cases"):
-        for path in place.glob("[0-9a-f]" * _DIGITS + ".json"):
-            row = None if path.stem in known else read_case(path)
-            if row is not None:
-                yield path.stem, row
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Rows on disk: one file for a sweep, of one run at a time; killed, edited, damaged, or of an earlier version."""
+"""Rows on disk: one file for a sweep, of one run at a time; killed, edited or damaged."""
 
 import os
 import shutil
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sits_mech.cases import sweep
-from sits_mech.store import STORE, case_name, case_path, claimed, finish, opened
+from sits_mech.store import STORE, claimed, opened
 from sits_mech.units import SceneError
 
 ROW = {"status": "ok", "reason": "", "lasting": True, "c": 0.1 + 0.2, "seconds": 1.0}
@@ -96,21 +96,6 @@ def test_what_a_killed_process_had_finished_is_there(tmp_path: Path) -> None:
 
     found = sweep(seventh, {"a": [float(a) for a in range(9)]}, folder=tmp_path)
     assert asked == [5.0, 6.0, 7.0, 8.0] and found["c"].to_numpy().tolist() == [a / 7.0 for a in range(9)]
-
-
-def test_files_of_earlier_versions_are_taken_in(tmp_path: Path) -> None:
-    """In the folder or in `cases` of it; one that was edited is not, and another file neither."""
-    points = [{"a": float(a)} for a in range(3)]
-    for point, folder in zip(points, (tmp_path, tmp_path / "cases", tmp_path), strict=True):
-        folder.mkdir(exist_ok=True)
-        path = case_path(folder, "k", point)
-        assert path is not None
-        finish(path, ROW | {"c": point["a"]})
-    path.write_text(path.read_text().replace('"c": 2.0', '"c": 3.0'))
-    (tmp_path / "other.json").write_text("{}")
-    with opened(tmp_path) as cases:
-        assert cases.names == {case_name("k", point) for point in points[:2]}
-        assert cases.get(case_name("k", points[1])) == ROW | {"c": 1.0}
 
 
 def test_a_full_disk_is_told(tmp_path: Path) -> None:

@@ -86,7 +86,8 @@ def fixed_point(cal: Calibration) -> FixedPoint:
 def _precision(power: Integers, above: Array) -> tuple[int, int, Array]:
     """Return the fractional bits of forces and codes, and how far each code gets from its base within the reach."""
     degree = int(power.max())
-    values, slopes = _at_reach(degree)
+    k, angle = np.arange(degree + 1), np.arccosh(REACH)
+    values, slopes = np.cosh(k * angle), k * np.sinh(k * angle) / np.sinh(angle)
     value, slope = (_MOST - np.log2(2.0 * REACH * each[max(degree - 1, 0)] + 1.0) for each in (values, slopes))
     bits = min(_BITS, int(value / 2), int(slope - SLOPE_BITS))  # of products in the recurrences
     most = np.abs(above).T @ np.prod(values[power], axis=1)
@@ -98,12 +99,6 @@ def _precision(power: Integers, above: Array) -> tuple[int, int, Array]:
     if fraction < 0:
         raise SceneError(f"--to c: must have codes that change by less than 2^30; got {np.abs(above).max():.3g}")
     return bits, fraction, np.asarray(most)
-
-
-def _at_reach(degree: int) -> tuple[Array, Array]:
-    """Return the largest values and slopes of Chebyshev's polynomials within the reach."""
-    k, angle = np.arange(degree + 1), np.arccosh(REACH)
-    return np.cosh(k * angle), k * np.sinh(k * angle) / np.sinh(angle)
 
 
 def _ends(power: Integers) -> Integers:

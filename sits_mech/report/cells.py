@@ -9,8 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.chain.cells import FORCES, CellCrosstalk
-from sits_mech.quantities import Array
-from sits_mech.report.pictures.style import COLUMN, TRACKS, new_figure
+from sits_mech.geometry.tracks import coil_lines
+from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.tables.solves import column_table, key_table, with_error
 from sits_mech.scene.cells import Cells
 from sits_mech.units import MM
@@ -30,27 +30,23 @@ def cells_record(found: CellCrosstalk) -> dict[str, Any]:
 def cells_tables(found: CellCrosstalk) -> list[Table]:
     """Return crosstalk for a reader: the largest of each force, F_z of each cell, its parts and what is left out."""
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)[:, None, :, None]
-    size, magnetic = (np.where(own, 0.0, np.abs(each)) for each in (found.total, found.magnetic))
+    total, magnetic, error = (100.0 * each for each in (found.total, found.magnetic, found.error))
+    size, fields = (np.where(own, 0.0, np.abs(each)) for each in (total, magnetic))
     most = column_table("largest reading by a force on another cell [%]", ["reads", *FORCES])
     for k, force in enumerate(found.reads):
         at = [np.unravel_index(np.argmax(size[:, k, :, j]), own.shape[::2]) for j in range(len(FORCES))]
-        most.add_row(force, *(_percent(size[i, k, o, j], found.error[i, k, o, j]) for j, (i, o) in enumerate(at)))
+        most.add_row(force, *(with_error(size[i, k, o, j], error[i, k, o, j]) for j, (i, o) in enumerate(at)))
     press = column_table("F_z read by F_z on another cell [%]", ["reads", *(f"on {name}" for name in names)])
     for i, name in enumerate(names):
-        each = zip(found.total[i, 0, :, 0], found.error[i, 0, :, 0], strict=True)
-        press.add_row(name, *(_percent(*both) if j != i else "" for j, both in enumerate(each)))
+        each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
+        press.add_row(name, *(with_error(*both) if j != i else "" for j, both in enumerate(each)))
     strain = "not bounded" if math.isinf(found.finite_strain) else f"{100.0 * found.finite_strain:.2g} % of each figure"
     lines = [
-        ("through fields", f"{100.0 * float(magnetic.max()):.2g} % at most; all else through the silicone"),
+        ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
         ("left out", f"finite strain: {strain} where a cell is pressed by {found.load:g} N"),
         ("took", f"{found.seconds:.3g} s"),
     ]
     return [most, press, key_table("crosstalk", lines)]
-
-
-def _percent(value: float, error: float) -> str:
-    """Return a figure with its error in percent."""
-    return with_error(100.0 * float(value), 100.0 * float(error))
 
 
 def cells_figure(found: CellCrosstalk) -> Figure:
@@ -72,25 +68,12 @@ def cells_figure(found: CellCrosstalk) -> Figure:
 
 def _draw_plan(axes: Axes, cells: Cells) -> None:
     """Draw pad, targets and coils from above."""
-    target, pad = cells.parts
-    coils = [(coil.centre, coil.extent, coil.is_round) for place in cells.centres for coil in cells.coils_at(place)]
-    plates = [(cell.centre, target.extent, False) for cell in cells.targets]
-    for parts, face, edge in (
-        ([((0.0, 0.0), pad.extent, False)], "#efcf9f", "none"), (plates, "#b87333", "none"), (coils, "none", TRACKS[1])
-    ):
-        corners = [MM * (np.array(middle) + _around(is_round) * np.array(size) / 2) for middle, size, is_round in parts]
-        for own in corners:
-            axes.fill(*own.T, facecolor=face, edgecolor=edge, lw=0.8)
-    for cell in cells.targets:
-        x, y = cell.centre
-        axes.annotate(cell.name, (MM * x, MM * y), ha="center", va="center", fontsize=7)
+    (target, pad), box = cells.parts, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    add_polygons(axes, MM * box[None] * pad.extent, facecolors="#efcf9f")
+    add_polygons(axes, MM * (cells.centres[:, None] + box * target.extent), facecolors="#b87333")
+    for cell, place in zip(cells.targets, cells.centres, strict=True):
+        for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
+            axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
+        axes.annotate(cell.name, MM * place, ha="center", va="center", fontsize=7)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="cells and coils from above")
     axes.grid(False)
-
-
-def _around(is_round: bool) -> Array:
-    """Return the rim of a circle or a square from -1 to 1, shape (k, 2)."""
-    if not is_round:
-        return np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    turn = np.linspace(0.0, 2.0 * np.pi, 65)
-    return np.column_stack([np.cos(turn), np.sin(turn)])

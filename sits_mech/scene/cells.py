@@ -133,20 +133,8 @@ def load_cells(source: str | Path, overrides: Sequence[str] = ()) -> Cells:
 
     Parameters
     ----------
-    source : str or Path
-        Path of a scene file, or a name of the catalogue.
-    overrides : sequence of str
-        Keys to change, such as ``'targets.B.centre.0="11 mm"'``.
-
-    Returns
-    -------
-    Cells
-        Checked.
-
-    Raises
-    ------
-    SceneError
-        One line: file, key, what it must be, what came.
+    source, overrides
+        As of `load_sensor`, such as ``'targets.B.centre.0="11 mm"'``; raises as it does.
 
     Examples
     --------

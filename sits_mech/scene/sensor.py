@@ -44,6 +44,8 @@ REFERENCE = 293.15
 _UNSAID: Mapping[str, Mapping[str, Any]] = {  # keys of each part that are left out where they have their defaults
     "elastomer": {"weld": False, "free_stretch": 1.0},
     "cover": {"free_stretch": 1.0},
+    "target": {"holes": ()},
+    "conductors": {"holes": (), "alpha": 0.0, "alpha_x": 0.0, "alpha_z": 0.0},
     "readout": {"capacitance_coefficient": 0.0, "clock_coefficient": 0.0},
     "touch": {"x": 0.0, "y": 0.0, "friction": "none"},
 }
@@ -293,36 +295,17 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
-    for plate in filter(None, (target, *table["conductors"])):
-        _drop_unset(plate)
     for part, usual in _UNSAID.items():
         own = table.get(part, {})
-        for each in (own, *own.get("layers", ())):
-            _drop_usual(each, usual)
+        for each in own if isinstance(own, tuple) else (own, *own.get("layers", ())):
+            for key in [key for key, value in usual.items() if each.get(key) == value]:
+                del each[key]
     if sensor.temperature == REFERENCE:
         del table["temperature"]
-    if target is not None and _fills_the_target(sensor):
+    layer, plate = sensor.elastomer, sensor.target
+    if layer is not None and plate is not None and layer.kind == "pillars" and layer.extent == plate.extent:
         del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}
-
-
-def _drop_unset(plate: dict[str, Any]) -> None:
-    """Leave out holes and angles of a plate that it has not."""
-    for key in ("holes", "alpha", "alpha_x", "alpha_z"):
-        if not plate.get(key, True):
-            del plate[key]
-
-
-def _drop_usual(table: dict[str, Any], usual: Mapping[str, Any]) -> None:
-    """Leave out the keys that need not be said: those with their usual values."""
-    for key in [key for key, value in usual.items() if table.get(key) == value]:
-        del table[key]
-
-
-def _fills_the_target(sensor: Sensor) -> bool:
-    """Return whether the layer is of pillars in the field that they have by default."""
-    layer, target = sensor.elastomer, sensor.target
-    return layer is not None and target is not None and layer.kind == "pillars" and layer.extent == target.extent
 
 
 def key_unit(key: str) -> str:

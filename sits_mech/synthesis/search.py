@@ -42,7 +42,6 @@ _GAIN = 1e-2  # of what is minimised: less is not worth a solve, however well an
 _LOOKED_AT, _STARTS = 8, 2  # points of a box and starts of programming among them, for one number; doubled by each more
 _AT_MOST = 64, 4  # of either
 _THINNER = 0.02  # of a height: what is less is no simpler design
-_SHARES = (0.0, 0.25, 0.5, 0.75)  # of the way from a solved design to the best one
 _WIDER, _NARROWER = 2.0, 0.4  # the radius of trust after a good step, and after a bad one
 _GOOD, _BAD = 0.75, 0.25  # of what was promised came true
 _RADIUS, _LEAST_RADIUS = 0.35, 0.004  # of trust, of the box
@@ -180,7 +179,8 @@ class Search:
         prediction, promise = branch.prediction, branch.promise or self.propose(branch)
         x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
         height = prediction.plain(x)["height"]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
+        way = [one.point + share * (x - one.point) for one in prediction.solved for share in np.arange(4) / 4]
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *way)}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -327,11 +327,6 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
         return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
-
-
-def _toward(prediction: Prediction, x: Array) -> list[Array]:
-    """Return points on the way from each solved design to a point."""
-    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in _SHARES]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:

@@ -34,7 +34,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from common.accuracy import End, forget, label_ends, machine
+from common.accuracy import forget, machine, name_curves
 from common.other_codes import Question, Solved, condensed_pose, felupe_pose, taylor_hood_pose
 from common.reference_cases import CASES
 from common.references import FINER, stored_references
@@ -251,7 +251,7 @@ def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
 def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
     """Draw the loads of `THREE` in one panel: this package, the same before if given, and NGSolve, a line a load.
 
-    Hollow points are below five times the reference's own error. Words stand at the ends of the lines.
+    Hollow points are below five times the reference's own error.
     """
     groups = {
         "sits-mech": ("C0", [one for one in lines if one.code == OWN and one.element == ASKED]),
@@ -259,22 +259,17 @@ def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> Non
         "NGSolve": ("C1", [one for one in lines if one.code == "NGSolve"]),
     }
     with new_figure(height=0.6, width=2.0 * COLUMN) as (figure, (axes,)):
-        ends = list[End]()
         for (name, (colour, every)), load in product(groups.items(), THREE):
             own = front([one for one in every if one.load == load and np.isfinite(one.error)])
             if not own:
                 continue
-            axes.loglog([one.seconds for one in own], [one.error for one in own], color=colour, lw=1.5)
-            for one in own:
-                fill = colour if one.error >= FINER * asked_of(load).sure else "white"
-                axes.plot(one.seconds, one.error, MARKS[list(THREE).index(load)], color=colour, mfc=fill, ms=5)
-            ends.append((f"{name}: {load}", colour, own[-1].seconds, own[-1].error))
+            mark, points = MARKS[list(THREE).index(load)], np.array([(one.seconds, one.error) for one in own])
+            axes.loglog(*points.T, f"{mark}-", color=colour, lw=1.5, ms=5, label=f"{name}: {load}")
+            hollow = points[points[:, 1] < FINER * asked_of(load).sure]
+            axes.plot(*hollow.T, mark, color=colour, mfc="white", ms=5)
         axes.set(xlabel="processor time [s]", ylabel="error over the displacement [-]")
         axes.set_title(title_of(lines), fontsize=9)
-        axes.margins(x=0.05, y=0.1)
-        axes.set_xlim(right=8.0 * max(seconds for _, _, seconds, _ in ends))
-        figure.canvas.draw()
-        label_ends(axes, ends)
+        name_curves(axes)
         save_figure(figure, path)
 
 

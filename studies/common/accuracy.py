@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from common.references import FINER
 from threadpoolctl import threadpool_info
 
@@ -29,12 +28,8 @@ from sits_mech.scene.sensor import Sensor
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-End = tuple[str, str, float, float]
-"""Of a curve: its name, its colour, seconds and error of its last point."""
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
-_WIDE, _HIGH, _LETTER = 110.0, 10.0, 4.2  # a name of 8 point takes, and a letter of it [pt]
-_CLEAR, _FAR = 6.5, 60  # how far a name stands from a mark at least, and from its own at most [pt]
-_DECADE = 10.0  # of seconds, what a panel shows at least
+_TITLE = 1e-2  # the tolerance whose seconds a title says
 
 
 def first_strain(sensor: Sensor, load: Wrench) -> float:
@@ -120,56 +115,43 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     path : Path
         The PNG to write.
     """
-    with new_figure(height=0.4 * len(panels), rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
-        ends = [_draw(spot, title, rungs) for spot, (title, rungs) in zip(axes, panels.items(), strict=True)]
+    with new_figure(height=0.36 * len(panels), rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
+        for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
+            _draw(spot, title, rungs)
         axes[-1].set_xlabel("processor time [s]")
         figure.suptitle("marks: true error, hollow by a reference less than five times better; bars: to the estimate")
-        figure.canvas.draw()
-        for spot, own in zip(axes, ends, strict=True):
-            label_ends(spot, own)
         save_figure(figure, path)
 
 
-def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> list[End]:
-    """Draw one question and return where its curves end."""
-    ends = list[End]()
+def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
+    """Draw one question."""
     for number, (model, row) in enumerate(curves_of(rungs).items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
         points = [one for one in distinct(row) if one.resolved <= one.error < math.inf]
-        if not points:
-            continue
         errors = [max(one.error, _LEAST) for one in points]
-        axes.plot([one.seconds for one in points], errors, color=colour, lw=1.0)
+        axes.plot([one.seconds for one in points], errors, f"{mark}-", color=colour, lw=1.0, ms=5, label=model)
         for one, error in zip(points, errors, strict=True):
             axes.plot(one.seconds, error, mark, color=colour, ms=5, mfc=colour if one.judged else "white")
             axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.25)
-        last = int(np.argmax([one.seconds for one in points]))
-        ends.append((model, colour, points[last].seconds, errors[last]))
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
-    axes.set_title(title, fontsize=9)
-    axes.margins(x=0.05, y=0.2)
-    left, right = axes.get_xlim()
-    spread = max(1.0, _DECADE * left / right) ** 0.5  # a decade at least
-    axes.set_xlim(left / spread, spread * right * (spread**2 * right / left) ** 0.5)
-    return ends
+    took = [one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated <= _TITLE]
+    seconds = f": {_TITLE:.0%} takes {span_words(took)} s" if took else ""
+    axes.set_title(f"{title}{seconds}", fontsize=9)
+    name_curves(axes)
 
 
-def label_ends(axes: Axes, ends: Sequence[End]) -> None:
-    """Write the name of each curve at its end, clear of names and marks that stand there; the figure has been drawn."""
-    dots, taken = axes.figure.dpi, list[tuple[float, float]]()
-    marked = [line.get_xydata() for line in axes.lines if line.get_marker() not in ("", "None", None)]
-    marks = axes.transData.transform(np.vstack(marked)) * 72.0 / dots if marked else np.zeros((0, 2))
-    for words, colour, seconds, error in sorted(ends, key=lambda end: -end[3]):
-        x, y = axes.transData.transform((seconds, error)) * 72.0 / dots
-        along = marks[(marks[:, 0] > x + 4.0) & (marks[:, 0] < x + 12.0 + _LETTER * len(words)), 1]
-        stand = [(at, _HIGH) for left, at in taken if abs(left - x) < _WIDE] + [(at, _CLEAR) for at in along.tolist()]
-        steps = (y + sign * step for step in range(_FAR) for sign in (-1.0, 1.0))
-        low = next((at for at in steps if all(abs(each - at) >= clear for each, clear in stand)), y)
-        taken.append((x, low))
-        axes.annotate(
-            words, (seconds, error), (7.0, low - y), textcoords="offset points", color=colour, fontsize=8, va="center",
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7},
-        )
+def span_words(values: Sequence[float]) -> str:
+    """Return the ends of a range in words, once where they are the same to two digits."""
+    ends = dict.fromkeys(f"{end:.2g}" for end in (min(values), max(values)))
+    return " to ".join(ends)
+
+
+def name_curves(axes: Axes) -> None:
+    """Name the curves to the right of the axes, in the order of the errors at which they end."""
+    every = list(zip(*axes.get_legend_handles_labels(), strict=True))
+    named = sorted((each for each in every if len(each[0].get_ydata())), key=lambda each: -each[0].get_ydata()[-1])
+    if named:
+        axes.legend(*zip(*named, strict=True), loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
 
 
 def rung_rows(panels: Mapping[str, Sequence[Rung]]) -> list[dict[str, object]]:

@@ -285,21 +285,6 @@ def test_a_killed_run_goes_on(processes: int, tmp_path: Path) -> None:
     assert read_table(out / "result.nc").assign(seconds=whole["seconds"]).identical(whole)
 
 
-def test_a_folder_of_an_earlier_version_goes_on(tmp_path: Path) -> None:
-    """Its cases, in files, are not computed again; a study that is made wider computes the new ones alone."""
-    text = HEAD + '[vary]\ndv = ["2 mm", "3 mm"]\n' + PLANAR
-    data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
-    with store.opened(tmp_path / "out") as cases:
-        rows = {name: cases.get(name) for name in cases.names}
-    (tmp_path / "old" / "cases").mkdir(parents=True)
-    (tmp_path / "out" / "study.json").rename(tmp_path / "old" / "study.json")
-    for name, row in rows.items():
-        store.finish(tmp_path / "old" / "cases" / f"{name}.json", row)
-    study = read_study(written(tmp_path, text.replace('"2 mm"', '"1 mm", "2 mm"')))
-    wider = run_study(study, tmp_path / "old")
-    xr.testing.assert_identical(wider.isel(dv=[1, 2]), data)  # seconds of each case, too
-
-
 def test_a_sweep_is_opened_while_it_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each snapshot is a whole table with units, read when it is asked for; another run is refused meanwhile."""
     monkeypatch.setattr("sits_mech.cases._FIRST", 0.0)

@@ -132,7 +132,10 @@ def numbered(
     `where` and `half` as in `NumberedMesh`; `convex`: the pad at rest is known to be convex; `covered`: no
     free face can meet the target.
     """
-    facets = _free_facets(basis, where)
+    facets = basis.mesh.boundary_facets()
+    corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
+    bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
+    facets = np.asarray(facets[~bonded])
     found = basis.get_dofs(facets=facets).all()
     nodes = np.asarray(found[~np.any(where[:2, found], axis=0)])
     around = solid_skin(basis, facets)
@@ -190,14 +193,6 @@ def pad_scales(sensor: Sensor, share: float) -> Scales:
     _, elastomer = pad_parts(sensor)
     t = elastomer.thickness
     return Scales(t, elastomer.shear_modulus * t**2, elastomer.standoff, share)
-
-
-def _free_facets(basis: Basis, where: Array) -> Integers:
-    """Return the faces that are neither bonded nor in the plane of symmetry."""
-    facets = basis.mesh.boundary_facets()
-    corners = basis.nodal_dofs[0][basis.mesh.facets[:, facets]]
-    bonded = np.any([group[corners].all(axis=0) for group in where], axis=0)
-    return np.asarray(facets[~bonded])
 
 
 def _surfaces(basis: Basis, facets: Integers, plate: PlateOutline) -> tuple[tuple[Plane, Surface], ...]:

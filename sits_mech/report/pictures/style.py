@@ -27,7 +27,6 @@ TRACKS = ("#d55e00", "#0072b2")
 """Colours of tracks whose positive current runs to the left of a section's direction, and of those that return it."""
 MARKS = "os^Dv<>PX"
 """Of the curves of a family, in order."""
-_SAME = 0.04  # of an axis: marks that are nearer share a label
 _LETTER = np.array([0.05, 0.08])  # of an axis, of a label's letter
 _SIDES = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])  # of a mark, where its label may stand, in order
 _DASHES = ("-", "--", "-.", ":")
@@ -103,38 +102,26 @@ def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]
     `places` and `marks` (n, 2) are of those with numbers and of all, in shares of the axes. A label stands where it
     hides the fewest marks; those at one place share one, and so do those that have no room for their own.
     """
-    found, taken = list[tuple[list[int], Array]](), list[Array]()
-    for own in _at_one_place(places):
-        boxes = _label_boxes(places[own[0]], len(own))
+    found, taken, groups = list[tuple[list[int], Array]](), list[Array](), list[list[int]]()
+    for k, place in enumerate(places):
+        same = next((own for own in groups if np.all(np.abs(places[own[0]] - place) < _LETTER)), [])
+        if not same:
+            groups.append(same)
+        same.append(k)
+    for own in groups:
+        near, far = 0.5 * _LETTER, _LETTER * (3 * len(own) - 1.5, 1.5)
+        boxes = [np.sort(places[own[0]] + np.stack([near, far]) * side, axis=0) for side in _SIDES]
         free = [k for k, box in enumerate(boxes) if box.min() > 0.0 and box.max() < 1.0
                 and not any(np.all((box[0] < other[1]) & (box[1] > other[0])) for other in taken)]
         if not free and found:
-            near = min(found, key=lambda each: float(np.abs(places[each[0][0] - 1] - places[own[0]]).max()))
-            near[0].extend(k + 1 for k in own)
+            next_to = min(found, key=lambda each: float(np.abs(places[each[0][0] - 1] - places[own[0]]).max()))
+            next_to[0].extend(k + 1 for k in own)
             continue
         hidden = [int(np.all((marks > box[0]) & (marks < box[1]), axis=1).sum()) for box in boxes]
         best = min(free or [0], key=lambda k: hidden[k])
         found.append(([k + 1 for k in own], _SIDES[best]))
         taken.append(boxes[best])
     return found
-
-
-def _at_one_place(places: Array) -> list[list[int]]:
-    """Return the indices of marks (n, 2) whose places are the same but for a little, in order of the first."""
-    groups = list[list[int]]()
-    for k, place in enumerate(places):
-        same = next((own for own in groups if np.abs(places[own[0]] - place).max() < _SAME), None)
-        if same is None:
-            groups.append([k])
-        else:
-            same.append(k)
-    return groups
-
-
-def _label_boxes(place: Array, count: int) -> list[Array]:
-    """Return where a label of so many numbers lies on each side of a mark, low and high corner (2, 2)."""
-    size = _LETTER * (3 * count - 2, 1)
-    return [np.sort([place + 0.5 * _LETTER * side, place + (0.5 * _LETTER + size) * side], axis=0) for side in _SIDES]
 
 
 def save_figure(figure: Figure, path: Path) -> None:
