@@ -18,8 +18,8 @@ from common.outputs import study_arguments, write_rows
 from sits_mech.analysis.bench import sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
-from sits_mech.report.pictures.curves import crosstalk_map
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.curves import crosstalk_map
 from sits_mech.scene.sensor import Sensor, load_sensor
 from sits_mech.status import ANSWERED
 

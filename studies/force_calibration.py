@@ -18,8 +18,8 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.notes import Note, NoteKind, unpacked
-from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.curves import calibration_pictures
 from sits_mech.scene.sensor import load_sensor
 
 SENSOR = "biorob2018-w15"

@@ -12,6 +12,8 @@ from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "sits_mech"
 FILES = sorted(PACKAGE.rglob("*.py"))
@@ -46,7 +48,7 @@ MOST_TOKENS = 3000
 LARGE = {  # to be divided; no others
     "export/twin/twin.py",
     "report/pictures/drawing.py",
-    "synthesis/solve.py",
+    "synthesis/solved/solve.py",
 }
 TALK = {"print", "breakpoint", "input"}
 
@@ -85,10 +87,10 @@ UNMIRRORED = {
     "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
     "analysis/histories/interpolant.py": "tests/analysis/histories/test_response.py: values and errors between times",
     "inputs.py": "tests/scene/test_sensor.py: what files are refused for; tests/scene/test_bounds.py: kinds of keys",
-    "synthesis/loads.py": "tests/synthesis/test_figures.py: polynomials and their slopes",
-    "synthesis/written.py": "tests/synthesis/test_requirements.py: files read and refused",
+    "synthesis/solved/loads.py": "tests/synthesis/solved/test_figures.py: polynomials and their slopes",
+    "synthesis/required/written.py": "tests/synthesis/required/test_requirements.py: files read and refused",
     **dict.fromkeys(
-        (f"synthesis/{name}.py" for name in ("answer", "answered", "around", "preview")),
+        (f"synthesis/{name}.py" for name in ("answer", "solved/answered", "around", "preview")),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
     "export/calibrations.py": "tests/test_public_names.py: examples of each; tests/cli/test_built.py: as commands do",
@@ -133,15 +135,15 @@ UNMIRRORED = {
     "geometry/meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
-    "report/pictures/measured.py": "tests/analysis/built/test_comparison.py: compare draws and prints it",
+    "report/plots/measured.py": "tests/analysis/built/test_comparison.py: compare draws and prints it",
     **dict.fromkeys(
         (f"report/pictures/{name}.py" for name in ("asked", "request")),
         "tests/report/pictures/test_spatial.py: requests drawn and refused",
     ),
-    "report/pictures/section.py": "tests/report/pictures/test_curves.py: sections drawn",
-    "report/pictures/style.py": "tests/report/pictures/test_curves.py: figures of the style, written",
+    "report/pictures/section.py": "tests/report/plots/test_curves.py: sections drawn",
+    "report/pictures/style.py": "tests/report/plots/test_curves.py: figures of the style, written",
     **dict.fromkeys(
-        ("report/pictures/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
+        ("report/plots/design.py", "report/tables/design.py"), "tests/report/test_design.py: an answer's folder"
     ),
     "report/tables/built.py": "tests/cli/test_built.py: adapt and lot print and draw it",
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
@@ -257,12 +259,14 @@ def test_files_import_each_other_in_no_circle() -> None:
     assert circle({dotted(path).removesuffix(".__init__"): nodes_of(path) for path in FILES}) == []
 
 
-def test_folders_of_mechanics_stand_in_order() -> None:
+@pytest.mark.parametrize(("room", "order"), [
+    ("mechanics", ["element", "faces", "equilibrium", "levels", "pad"]), ("synthesis", ["required", "solved"]),
+])
+def test_folders_of_a_room_stand_in_order(room: str, order: list[str]) -> None:
     """A folder there imports those before it and itself."""
-    order = ["element", "faces", "equilibrium", "levels", "pad"]
     for rank, folder in enumerate(order):
-        above = tuple(f"sits_mech.mechanics.{other}." for other in order[rank + 1 :])
-        for path in sorted((PACKAGE / "mechanics" / folder).glob("*.py")):
+        above = tuple(f"sits_mech.{room}.{other}." for other in order[rank + 1 :])
+        for path in sorted((PACKAGE / room / folder).glob("*.py")):
             names = [name for _, name in imported(nodes_of(path), dotted(path).rsplit(".", 1)[0])]
             assert [name for name in names if name.startswith(above)] == [], path
 

@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 
 part="tests/test_public_names.py tests/test_units.py tests/scene tests/analysis/material/test_fitted.py tests/analysis/test_tolerances.py
     tests/maps/test_surrogate.py tests/batch tests/boards/test_scene.py tests/export/test_tables.py tests/export/test_spice.py
-    tests/report/test_folder.py tests/report/pictures/test_curves.py tests/mechanics/test_linear.py
+    tests/report/test_folder.py tests/report/plots/test_curves.py tests/mechanics/test_linear.py
     tests/magnetics/test_rings.py tests/magnetics/test_field.py"
 
 bounds() { # the lower bounds of all that the tests need, as constraints

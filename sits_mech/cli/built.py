@@ -235,8 +235,8 @@ def _write(found: Adaptation, output: Path) -> None:
     """Write scene, table and pictures of what was found as a calibration."""
     from sits_mech.analysis.built.corrected import corrected
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.built import adaptation_figure
     from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.plots.built import adaptation_figure
     from sits_mech.report.written import write_calibration
 
     folder = prepare_folder(output)
@@ -271,8 +271,8 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     """Write what the next units are known by, a row of each unit, and a picture."""
     from sits_mech.analysis.built.delivered import lot_record
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.built import production_figure
     from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.plots.built import production_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
 

@@ -206,8 +206,8 @@ def fit(
 
     from sits_mech.analysis.material.fitted import fit_tests
     from sits_mech.analysis.material.tensile import Sizes, read_tensile
-    from sits_mech.report.pictures.fit import fit_figure, fitted_tables, read_figure, read_rows
     from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.plots.fit import fit_figure, fitted_tables, read_figure, read_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.material import Silicone, implausible
     from sits_mech.units import quantity

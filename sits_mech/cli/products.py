@@ -103,7 +103,7 @@ def _list_coils(path: Path, output: Path | None) -> int:
     from sits_mech.boards.kicad import read_board
     from sits_mech.boards.windings import hint, windings
     from sits_mech.report.folder import checked_picture
-    from sits_mech.report.pictures.board import board_figure, listed, winding_table
+    from sits_mech.report.plots.board import board_figure, listed, winding_table
 
     board = read_board(path)
     found = windings(board)
@@ -185,7 +185,7 @@ def design(
         preview_table,
     )
     from sits_mech.synthesis.bounds import plan_of
-    from sits_mech.synthesis.requirements import read_requirements
+    from sits_mech.synthesis.required.requirements import read_requirements
     from sits_mech.synthesis.run import check_most, previewed
     from sits_mech.synthesis.run import design as designed
 
@@ -280,7 +280,7 @@ def studio(
     if required is not None:
         check_readable(required, "a readable requirement file")
 
-        from sits_mech.synthesis.requirements import read_requirements
+        from sits_mech.synthesis.required.requirements import read_requirements
 
         read_requirements(required)
         text, named = required.read_text(encoding="utf-8"), str(read_toml(required)["scene"])

@@ -230,8 +230,8 @@ def compare(
 
     from sits_mech.analysis.bench import convention, with_idle
     from sits_mech.export import calibrations
-    from sits_mech.report.pictures.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.plots.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from sits_mech.export.source import Source, own_folder
-from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.curves import calibration_pictures
 from sits_mech.scene.sensor import SceneError
 
 

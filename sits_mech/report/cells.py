@@ -30,8 +30,8 @@ def cells_record(found: CellCrosstalk) -> dict[str, Any]:
 def cells_tables(found: CellCrosstalk) -> list[Table]:
     """Return crosstalk for a reader: the largest of each force, F_z of each cell, its parts and what is left out."""
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)[:, None, :, None]
-    total, magnetic, error = (100.0 * each for each in (found.total, found.magnetic, found.error))
-    size, fields = (np.where(own, 0.0, np.abs(each)) for each in (total, magnetic))
+    total, magnetic, error = 100.0 * np.stack([found.total, found.magnetic, found.error])
+    size, fields = np.where(own, 0.0, np.abs([total, magnetic]))
     most = column_table("largest reading by a force on another cell [%]", ["reads", *FORCES])
     for k, force in enumerate(found.reads):
         at = [np.unravel_index(np.argmax(size[:, k, :, j]), own.shape[::2]) for j in range(len(FORCES))]

@@ -14,9 +14,9 @@ from sits_mech.labels import labelled
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, pictures_part
-from sits_mech.report.pictures.design import choice_words, design_pictures
 from sits_mech.report.pictures.section import load_view
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.design import choice_words, design_pictures
 from sits_mech.report.records import json_text
 from sits_mech.report.tables.design import asked_table, design_record, design_tables
 from sits_mech.report.tables.solves import key_table
@@ -24,8 +24,8 @@ from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
 from sits_mech.store import save_table
 from sits_mech.synthesis.answer import DesignAnswer
-from sits_mech.synthesis.answered import Answered
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.solved.answered import Answered
 from sits_mech.version import __version__
 
 _CAPTIONS = {

@@ -14,8 +14,8 @@ from sits_mech.analysis.envelope import Envelope, Ray
 from sits_mech.notes import Note
 from sits_mech.quantities import Wrench, shown_unit
 from sits_mech.report.notes import sentence
-from sits_mech.report.pictures.curves import load_label
 from sits_mech.report.pictures.style import MARKS, new_figure
+from sits_mech.report.plots.curves import load_label
 from sits_mech.report.tables.solves import key_table, with_error
 
 if TYPE_CHECKING:

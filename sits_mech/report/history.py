@@ -18,8 +18,8 @@ from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import moves, shown_signals
 from sits_mech.report.left_out import entry
 from sits_mech.report.notes import joined_words, kept_sentences, sentences
-from sits_mech.report.pictures.curves import signal_label
 from sits_mech.report.pictures.style import new_figure, save_figure, strokes
+from sits_mech.report.plots.curves import signal_label
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, shown_scale, sizes_of, with_error
 from sits_mech.scene.files import write_text

@@ -24,9 +24,9 @@ from sits_mech.readout.loads import several
 from sits_mech.report.folder import check_table
 from sits_mech.report.page.explorer import RequiredLines, explorer, page_file
 from sits_mech.report.page.parts import figures_part, scene_part, subtitle
-from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.style import figure_bytes
+from sits_mech.report.plots.curves import calibration_pictures
 from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import write_text

@@ -16,9 +16,9 @@ from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import answered, request_of, varied, wrench_of
 from sits_mech.report.folder import cases_folder
-from sits_mech.report.pictures.curves import calibration_pictures
 from sits_mech.report.pictures.section import load_view
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.curves import calibration_pictures
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor

@@ -295,17 +295,22 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
     target = table.get("target")
     if target is not None and target["load_height"] == target["thickness"]:
         del target["load_height"]
-    for part, usual in _UNSAID.items():
-        own = table.get(part, {})
-        for each in own if isinstance(own, tuple) else (own, *own.get("layers", ())):
-            for key in [key for key, value in usual.items() if each.get(key) == value]:
-                del each[key]
+    _drop_usual(table)
     if sensor.temperature == REFERENCE:
         del table["temperature"]
     layer, plate = sensor.elastomer, sensor.target
     if layer is not None and plate is not None and layer.kind == "pillars" and layer.extent == plate.extent:
         del table["elastomer"]["width"], table["elastomer"]["length"]
     return {key: item for key, item in table.items() if item != ()}
+
+
+def _drop_usual(table: dict[str, Any]) -> None:
+    """Leave out the keys of parts that need not be said: those with their usual values."""
+    for part, usual in _UNSAID.items():
+        own = table.get(part, {})
+        for each in own if isinstance(own, tuple) else (own, *own.get("layers", ())):
+            for key in [key for key, value in usual.items() if each.get(key) == value]:
+                del each[key]
 
 
 def key_unit(key: str) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from sits_mech.quantities import WRENCH
 from sits_mech.schemas.scene import DIALECT
-from sits_mech.synthesis.written import Written
+from sits_mech.synthesis.required.written import Written
 
 
 def requirements_schema() -> dict[str, Any]:

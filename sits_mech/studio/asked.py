@@ -15,11 +15,11 @@ from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import RequiredLines
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.answer import Figure, Share, figures_of, made_share
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.glance import at_a_glance
-from sits_mech.synthesis.kinds import kind_of, shown_as
-from sits_mech.synthesis.requirements import Requirements, requirements_of
-from sits_mech.synthesis.space import size_of
+from sits_mech.synthesis.required.kinds import kind_of, shown_as
+from sits_mech.synthesis.required.requirements import Requirements, requirements_of
+from sits_mech.synthesis.required.space import size_of
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.glance import at_a_glance
 
 _WIDEST = 1.5  # of a limit: what a bar is cut at
 _ROW = '<tr class="{kind}"><td>{name}</td><td>{value}</td><td>{limit}</td><td>{bar}</td><td>{holds}</td></tr>'

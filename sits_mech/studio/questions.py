@@ -23,7 +23,7 @@ from sits_mech.store import read_table, save_table
 if TYPE_CHECKING:
     import xarray as xr
 
-    from sits_mech.synthesis.requirements import Requirements
+    from sits_mech.synthesis.required.requirements import Requirements
 
 _ACROSS = 5  # loads along each force of the studio's table
 Told = Callable[..., None]
@@ -115,8 +115,8 @@ class Figures(StudioQuestion):
 
     def answer(self, told: Told) -> Any:
         """Return task and answer, as `design` solves one of its designs."""
-        from sits_mech.synthesis.solve import Solver
-        from sits_mech.synthesis.space import Design, Space
+        from sits_mech.synthesis.required.space import Design, Space
+        from sits_mech.synthesis.solved.solve import Solver
 
         asked = replace(self.asked, scene=scene_text(self.sensor), space=Space(self.sensor, (), {}))
         solver = Solver(asked, self.models[2])

@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # these come with the first table: the first picture does not
     from sits_mech.studio.asked import Judged
     from sits_mech.studio.previews import SolvedScene
     from sits_mech.synthesis.answer import DesignAnswer
-    from sits_mech.synthesis.requirements import Requirements
+    from sits_mech.synthesis.required.requirements import Requirements
 
 SLIDERS = {
     "elastomer.thickness": "pad thickness", "elastomer.width": "pad width", "elastomer.length": "pad length",

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task, over
 from sits_mech.synthesis.around import Changes, Landscape, Price
-from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words, kind_of, shown_as
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.kinds import INVERSE, STRAIN, figure_words, kind_of, shown_as
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Space
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.space import Space
+from sits_mech.synthesis.solved.answered import LEAST_INVERSE, Answered, Task, over
 
 _MANY = 4096  # sensors made
 _APART = 0.1  # of the box: tied designs that are nearer are one

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.kinds import INVERSE, kind_of
 from sits_mech.synthesis.prediction import Prediction
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.kinds import INVERSE, kind_of
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Variable
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.space import Variable
+from sits_mech.synthesis.solved.answered import Answered, Task
 
 _LOOSER = 0.1  # of a limit
 _STEP = 0.1  # of the bounds' distance, or of a number

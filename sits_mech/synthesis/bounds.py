@@ -1,8 +1,8 @@
 """Bound designs before one is solved: by their sizes, which are exact, and by the strain of linear theory.
 
 Looked at are the middle of a choice's box, its corners and points between. Where each of them exceeds a size, or is
-surely strained beyond the silicone's data under the overload (overload.py), the choice is left out. The plan counts
-designs
+surely strained beyond the silicone's data under the overload (solved/overload.py), the choice is left out. Designs are
+counted by
 
     N = choices + v + 1,      3 where the first design within the limits will do,
 
@@ -27,11 +27,11 @@ from sits_mech.chain.interpolate import loads_of
 from sits_mech.chain.plan import table_seconds
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.synthesis.answered import Answered, over
-from sits_mech.synthesis.kinds import STRAIN, figure_words
-from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.solve import COARSE, FINE, Solver
-from sits_mech.synthesis.space import Design, size_of
+from sits_mech.synthesis.required.kinds import STRAIN, figure_words
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Design, size_of
+from sits_mech.synthesis.solved.answered import Answered, over
+from sits_mech.synthesis.solved.solve import COARSE, FINE, Solver
 
 _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most variables whose corners are
 _LIKELY = 1.2  # strain by linear theory that a start may have: there finer meshes have 0.6 to 0.9 (a fingertip, skins)

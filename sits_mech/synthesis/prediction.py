@@ -21,9 +21,9 @@ from functools import cached_property
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import Answered
-from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.kinds import kind_of
+from sits_mech.synthesis.required.kinds import kind_of
+from sits_mech.synthesis.solved.answered import Answered
+from sits_mech.synthesis.solved.figures import Table
 
 _LENGTH = 1.0  # l, of the box
 _JITTER = 1e-9  # of the kernel at no distance: rounding of what is nearly the same

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.synthesis.answered import Task, over
 from sits_mech.synthesis.prediction import Prediction
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.search import Branch, Search
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.answered import Task, over
 
 
 @dataclass(frozen=True)

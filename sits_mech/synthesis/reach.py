@@ -23,9 +23,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.kinds import INVERSE, STRAIN, figure_words
 from sits_mech.synthesis.prediction import Prediction
+from sits_mech.synthesis.required.kinds import INVERSE, STRAIN, figure_words
+from sits_mech.synthesis.solved.answered import Answered, Task
 
 _AT_LEAST = 0.68  # of r by such tangents, what came: studies/benchmarks/design.py, `above_tangents`
 _EVENLY = 0.7  # of the figure `INVERSE`

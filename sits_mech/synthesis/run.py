@@ -35,14 +35,14 @@ from sits_mech.synthesis.answer import (
     said_of,
     tied_with,
 )
-from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import landscape_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
 from sits_mech.synthesis.preview import Preview, preview_of
-from sits_mech.synthesis.requirements import Requirements, read_requirements, requirements_of
+from sits_mech.synthesis.required.requirements import Requirements, read_requirements, requirements_of
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.search import MOST, Branch, Search
-from sits_mech.synthesis.solve import COARSE, FINE, Solver
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.solve import COARSE, FINE, Solver
 
 _TRIES = 2  # round designs of a choice that are solved
 _FIRST = 3  # designs of a preview
@@ -62,7 +62,7 @@ def design(
     Parameters
     ----------
     requirements : Requirements, mapping, or path
-        As of `requirements.py`: its tables, or a TOML file of them.
+        As of `required/requirements.py`: its tables, or a TOML file of them.
     folder : Path, optional
         Where solved designs are kept, and looked for first.
     most : int

@@ -26,11 +26,11 @@ from scipy.optimize import Bounds, NonlinearConstraint, minimize
 from scipy.stats import qmc
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Table
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.reach import out_of_reach
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.required.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Table
 
 Solve = Callable[[Design], Answered]
 MOST = 60
@@ -179,8 +179,7 @@ class Search:
         prediction, promise = branch.prediction, branch.promise or self.propose(branch)
         x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
         height = prediction.plain(x)["height"]
-        way = [one.point + share * (x - one.point) for one in prediction.solved for share in np.arange(4) / 4]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *way)}
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -327,6 +326,11 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         aim, over = seen(x)
         return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
+
+
+def _toward(prediction: Prediction, x: Array) -> list[Array]:
+    """Return points on the way from each solved design to a point, quarters of it apart."""
+    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in np.arange(4) / 4]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:

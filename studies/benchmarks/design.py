@@ -35,14 +35,14 @@ from common.trials import best_of, grid_designs, merit_of, random_designs, share
 
 from sits_mech.report.folder import cases_folder, prepare_folder
 from sits_mech.synthesis.answer import DesignAnswer
-from sits_mech.synthesis.answered import Answered
-from sits_mech.synthesis.kinds import figure_words, kind_of, shown_as
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.reach import reads_evenly, tangents
-from sits_mech.synthesis.requirements import Requirements, read_requirements
+from sits_mech.synthesis.required.kinds import figure_words, kind_of, shown_as
+from sits_mech.synthesis.required.requirements import Requirements, read_requirements
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
-from sits_mech.synthesis.solve import COARSE, Solver
+from sits_mech.synthesis.solved.answered import Answered
+from sits_mech.synthesis.solved.solve import COARSE, Solver
 
 Row = dict[str, Any]
 

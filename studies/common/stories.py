@@ -9,7 +9,7 @@ from pathlib import Path
 from sits_mech.report.design import write_design
 from sits_mech.report.folder import cases_folder, prepare_folder
 from sits_mech.report.tables.design import figure_cells, price_words
-from sits_mech.synthesis.requirements import read_requirements
+from sits_mech.synthesis.required.requirements import read_requirements
 from sits_mech.synthesis.run import design
 from sits_mech.synthesis.search import MOST
 

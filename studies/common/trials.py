@@ -22,11 +22,11 @@ from sits_mech.scene.parameters import parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import ANSWERED, OK
 from sits_mech.store import case_path, finish, read_case
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Table
+from sits_mech.synthesis.required.space import Design, Space
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.solve import Solver
-from sits_mech.synthesis.space import Design, Space
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Table
+from sits_mech.synthesis.solved.solve import Solver
 from sits_mech.version import __version__
 
 

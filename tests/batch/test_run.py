@@ -224,7 +224,7 @@ def test_a_folder_is_that_of_its_study_in_any_order(tmp_path: Path) -> None:
 def test_a_full_disk_leaves_whole_cases(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One clear line, nothing half-written; with room again only the missing cases are computed."""
     study, out = read_study(written(tmp_path, HEAD + "[vary]\n" + GAPS + PLANAR)), tmp_path / "out"
-    real, room = store.Cases.put, [3]
+    real, room = store.Cases.put, [2]
 
     def full(self: store.Cases, rows: Iterable[tuple[str, dict[str, object]]]) -> None:
         room[0] -= 1

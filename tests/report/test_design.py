@@ -13,17 +13,17 @@ from matplotlib.figure import Figure
 
 from sits_mech.cli.main import run
 from sits_mech.report.design import worst_load, write_design
-from sits_mech.report.pictures.design import design_pictures
+from sits_mech.report.plots.design import design_pictures
 from sits_mech.report.tables.design import design_record, figure_table
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.store import read_table
-from sits_mech.synthesis.answered import Answered
-from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.kinds import STRAIN
-from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.required.kinds import STRAIN
+from sits_mech.synthesis.required.requirements import requirements_of
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.run import design
-from sits_mech.synthesis.solve import Solver
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.answered import Answered
+from sits_mech.synthesis.solved.figures import Table
+from sits_mech.synthesis.solved.solve import Solver
 
 ASKED: dict[str, Any] = {
     "scene": "biorob2018", "loads": {"F_z": ["0 N", "0.4 N"]},

@@ -9,7 +9,7 @@ from jsonschema import Draft202012Validator
 
 from sits_mech.scene.sensor import SceneError
 from sits_mech.schemas.requirements import requirements_schema
-from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.required.requirements import requirements_of
 
 FILES = sorted((Path(__file__).parents[2] / "studies/requirements").glob("*.toml"))
 ASKED = Draft202012Validator(requirements_schema())

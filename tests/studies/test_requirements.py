@@ -7,10 +7,10 @@ from common.stories import REQUIREMENTS
 
 from sits_mech.cli.main import run
 from sits_mech.report.folder import cases_folder
-from sits_mech.synthesis.kinds import STRAIN
-from sits_mech.synthesis.requirements import read_requirements
+from sits_mech.synthesis.required.kinds import STRAIN
+from sits_mech.synthesis.required.requirements import read_requirements
 from sits_mech.synthesis.run import design
-from sits_mech.synthesis.solve import FINE, Solver
+from sits_mech.synthesis.solved.solve import FINE, Solver
 
 
 @pytest.mark.slow

@@ -11,11 +11,11 @@ from common.trials import best_of, grid_designs, made, random_designs, shares_ma
 from scipy.stats import norm
 
 from sits_mech.scene.sensor import Sensor
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.requirements import requirements_of
-from sits_mech.synthesis.solve import Solver
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.required.requirements import requirements_of
+from sits_mech.synthesis.required.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Table
+from sits_mech.synthesis.solved.solve import Solver
 
 ASKED = requirements_of({
     "scene": "biorob2018-w15", "loads": {"F_z": ["0 N", "1 N"]},

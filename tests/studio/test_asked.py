@@ -7,7 +7,7 @@ from sits_mech.scene.sensor import SceneError
 from sits_mech.studio.asked import Judged, first_words, glanced, lines, read_asked, rows_html
 from sits_mech.studio.previews import SolvedScene
 from sits_mech.studio.questions import Figures
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.requirements import Requirements
 
 TEXT = """scene = "of another file"
 [loads]

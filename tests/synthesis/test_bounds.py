@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.synthesis.answered import Answered
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, plan_of, strained_least
-from sits_mech.synthesis.kinds import STRAIN
-from sits_mech.synthesis.requirements import requirements_of
-from sits_mech.synthesis.solve import Solver
+from sits_mech.synthesis.required.kinds import STRAIN
+from sits_mech.synthesis.required.requirements import requirements_of
+from sits_mech.synthesis.solved.answered import Answered
+from sits_mech.synthesis.solved.solve import Solver
 from sits_mech.units import SceneError
 
 ASKED: dict[str, Any] = {

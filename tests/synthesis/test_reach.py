@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from sits_mech.synthesis import reach
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.loads import Operator, loads_between
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.reach import out_of_reach
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.required.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Judge, Table
+from sits_mech.synthesis.solved.loads import Operator, loads_between
 
 OPERATOR = Operator(loads_between({"F_z": (0.0, 1.0)}))
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from sits_mech.synthesis.answer import DesignAnswer, Share, causes, guards
-from sits_mech.synthesis.answered import Answered, Task, over
-from sits_mech.synthesis.figures import Table
-from sits_mech.synthesis.kinds import STRAIN
-from sits_mech.synthesis.requirements import Requirements, requirements_of
+from sits_mech.synthesis.required.kinds import STRAIN
+from sits_mech.synthesis.required.requirements import Requirements, requirements_of
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.run import design, previewed
-from sits_mech.synthesis.solve import COARSE, FINE, Solver
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task, over
+from sits_mech.synthesis.solved.figures import Table
+from sits_mech.synthesis.solved.solve import COARSE, FINE, Solver
 from sits_mech.units import SceneError
 
 ASKED: dict[str, Any] = {

@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.loads import Operator, loads_between
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Judge, Table
+from sits_mech.synthesis.solved.loads import Operator, loads_between
 
 OPERATOR = Operator(loads_between({"F_z": (0.0, 1.0)}))
 LOADS = OPERATOR.loads.axes[0]

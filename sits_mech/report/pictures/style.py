@@ -102,13 +102,8 @@ def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]
     `places` and `marks` (n, 2) are of those with numbers and of all, in shares of the axes. A label stands where it
     hides the fewest marks; those at one place share one, and so do those that have no room for their own.
     """
-    found, taken, groups = list[tuple[list[int], Array]](), list[Array](), list[list[int]]()
-    for k, place in enumerate(places):
-        same = next((own for own in groups if np.all(np.abs(places[own[0]] - place) < _LETTER)), [])
-        if not same:
-            groups.append(same)
-        same.append(k)
-    for own in groups:
+    found, taken = list[tuple[list[int], Array]](), list[Array]()
+    for own in _at_one_place(places):
         near, far = 0.5 * _LETTER, _LETTER * (3 * len(own) - 1.5, 1.5)
         boxes = [np.sort(places[own[0]] + np.stack([near, far]) * side, axis=0) for side in _SIDES]
         free = [k for k, box in enumerate(boxes) if box.min() > 0.0 and box.max() < 1.0
@@ -122,6 +117,17 @@ def numbered_labels(places: Array, marks: Array) -> list[tuple[list[int], Array]
         found.append(([k + 1 for k in own], _SIDES[best]))
         taken.append(boxes[best])
     return found
+
+
+def _at_one_place(places: Array) -> list[list[int]]:
+    """Return the indices of marks (n, 2) that are nearer than a letter to the first of them, in its order."""
+    groups = list[list[int]]()
+    for k, place in enumerate(places):
+        same = next((own for own in groups if np.all(np.abs(places[own[0]] - place) < _LETTER)), [])
+        if not same:
+            groups.append(same)
+        same.append(k)
+    return groups
 
 
 def save_figure(figure: Figure, path: Path) -> None:

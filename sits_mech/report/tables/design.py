@@ -13,10 +13,10 @@ from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
 from sits_mech.synthesis.around import Changes, Price
 from sits_mech.synthesis.bounds import DesignPlan
-from sits_mech.synthesis.kinds import INVERSE, figure_words, kind_of, shown_as
 from sits_mech.synthesis.preview import Preview
-from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.written import SPECIAL
+from sits_mech.synthesis.required.kinds import INVERSE, figure_words, kind_of, shown_as
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.written import SPECIAL
 
 _NOTHING = 5e-4  # of what is minimised: a gain that is none
 

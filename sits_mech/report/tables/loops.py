@@ -15,8 +15,8 @@ from sits_mech.quantities import POSE, WRENCH, Array
 from sits_mech.readout.loads import ends_of, request_of
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.notes import kept_sentences
-from sits_mech.report.pictures.curves import by_models, load_label, signal_label
 from sits_mech.report.pictures.style import new_figure, strokes
+from sits_mech.report.plots.curves import by_models, load_label, signal_label
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, figure_text
 from sits_mech.status import joined

@@ -18,8 +18,8 @@ from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, Impedance, Pose, SolveReport
 from sits_mech.readout.loads import several
 from sits_mech.report.folder import cases_folder
-from sits_mech.report.pictures.measured import comparison_figure
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.measured import comparison_figure
 from sits_mech.scene.sensor import Sensor, changed, load_sensor, save_sensor
 from sits_mech.silicone.material import table_of
 from sits_mech.store import save_table

@@ -16,10 +16,10 @@ from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, numbered_labels
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answer import Figure as Asked
-from sits_mech.synthesis.answered import Answered, Task
 from sits_mech.synthesis.around import Landscape
-from sits_mech.synthesis.kinds import INVERSE, STRAIN, kind_of, shown_as
-from sits_mech.synthesis.requirements import Requirements
+from sits_mech.synthesis.required.kinds import INVERSE, STRAIN, kind_of, shown_as
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.solved.answered import Answered, Task
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

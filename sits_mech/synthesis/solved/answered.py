@@ -14,9 +14,9 @@ from itertools import combinations
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.kinds import figure_words, kind_of
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.required.kinds import figure_words, kind_of
+from sits_mech.synthesis.required.space import Design
+from sits_mech.synthesis.solved.figures import Judge, Table
 
 _ROUNDING = 1e-9  # of a limit: sizes are sums and differences of written numbers
 LEAST_INVERSE = 0.05

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from sits_mech.mechanics.block import BlockPad
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
-from sits_mech.report.pictures.curves import calibration_pictures, crosstalk_map, signal_curves
 from sits_mech.report.pictures.section import layer_view, load_angle, load_view
 from sits_mech.report.pictures.style import STYLE, new_figure, numbered_labels, save_figure, strokes
+from sits_mech.report.plots.curves import calibration_pictures, crosstalk_map, signal_curves
 from sits_mech.report.tables.loops import loop_curves
 from sits_mech.scene.sensor import SceneError, load_sensor
 

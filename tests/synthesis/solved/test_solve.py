@@ -8,12 +8,12 @@ import pytest
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import SceneError
-from sits_mech.synthesis.kinds import STRAIN
-from sits_mech.synthesis.loads import Operator
-from sits_mech.synthesis.requirements import requirements_of
+from sits_mech.synthesis.required.kinds import STRAIN
+from sits_mech.synthesis.required.requirements import requirements_of
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.run import design
-from sits_mech.synthesis.solve import COARSE, FINE, Solver
-from sits_mech.synthesis.space import Design
+from sits_mech.synthesis.solved.loads import Operator
+from sits_mech.synthesis.solved.solve import COARSE, FINE, Solver
 
 ASKED: dict[str, Any] = {
     "scene": "biorob2018", "loads": {"F_z": ["0 N", "0.4 N"]},

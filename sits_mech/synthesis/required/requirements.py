@@ -1,6 +1,6 @@
 """Read requirement files: loads that a sensor meets, what may vary, what it must hold, what is best.
 
-Their keys stand in `written.py`; each figure's meaning in `figures.py`.
+Their keys stand in `written.py`; each figure's meaning in `solved/figures.py`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from sits_mech.scene.files import read_as
 from sits_mech.scene.parameters import parameter, value_of
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicones_of
 from sits_mech.scene.thermal import unknown_coefficients
-from sits_mech.synthesis.kinds import KINDS, figure_names, figure_words, kind_of
-from sits_mech.synthesis.space import Space, space_of
-from sits_mech.synthesis.written import LEAST_ERROR, LEAST_YIELD, SPECIAL, Written
+from sits_mech.synthesis.required.kinds import KINDS, figure_names, figure_words, kind_of
+from sits_mech.synthesis.required.space import Space, space_of
+from sits_mech.synthesis.required.written import LEAST_ERROR, LEAST_YIELD, SPECIAL, Written
 from sits_mech.units import millimetres as mm
 from sits_mech.units import shown
 

@@ -4,8 +4,8 @@ import pytest
 
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.synthesis import overload
-from sits_mech.synthesis.overload import linear_strain, overload_of, strain_at_end
+from sits_mech.synthesis.solved import overload
+from sits_mech.synthesis.solved.overload import linear_strain, overload_of, strain_at_end
 
 SENSOR = load_sensor("biorob2018")
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.kinds import INVERSE
-from sits_mech.synthesis.loads import Operator, loads_between
+from sits_mech.synthesis.required.kinds import INVERSE
+from sits_mech.synthesis.solved.figures import Judge, Table
+from sits_mech.synthesis.solved.loads import Operator, loads_between
 
 ENDS = {"F_x": (-1.0, 1.0), "F_z": (0.0, 4.0)}
 MATRIX = np.array([[2.0, -1.0], [-2.0, -1.0], [0.5, -0.5]])  # n x d [H/N]

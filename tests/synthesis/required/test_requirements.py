@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from sits_mech.synthesis.requirements import read_requirements, requirements_of
+from sits_mech.synthesis.required.requirements import read_requirements, requirements_of
 from sits_mech.units import SceneError
 
 FULL: dict[str, Any] = {

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sits_mech.report.pictures.built import production_figure
+from sits_mech.report.plots.built import production_figure
 
 
 def test_yields_stand_below_the_curves(collisions: Callable[[Figure], list[str]]) -> None:

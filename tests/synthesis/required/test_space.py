@@ -3,7 +3,7 @@
 import pytest
 
 from sits_mech.scene.sensor import SceneError, load_sensor
-from sits_mech.synthesis.space import Design, Variable, size_of, space_of
+from sits_mech.synthesis.required.space import Design, Variable, size_of, space_of
 
 SENSOR = load_sensor("biorob2018")
 SPACE = space_of(SENSOR, {

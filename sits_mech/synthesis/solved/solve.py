@@ -40,13 +40,13 @@ from sits_mech.scene.sensor import SceneError, Sensor, silicones_of
 from sits_mech.silicone.history import loop_width
 from sits_mech.status import NOT_CARRIED, OK
 from sits_mech.store import case_path, finish, read_case
-from sits_mech.synthesis.answered import LEAST_INVERSE, Answered, Task
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.kinds import INVERSE, STRAIN
-from sits_mech.synthesis.loads import FEW, Loads, Operator, loads_between
-from sits_mech.synthesis.overload import Overload, linear_strain, overload_of, strain_at_end
-from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.space import Design, size_of
+from sits_mech.synthesis.required.kinds import INVERSE, STRAIN
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Design, size_of
+from sits_mech.synthesis.solved.answered import LEAST_INVERSE, Answered, Task
+from sits_mech.synthesis.solved.figures import Judge, Table
+from sits_mech.synthesis.solved.loads import FEW, Loads, Operator, loads_between
+from sits_mech.synthesis.solved.overload import Overload, linear_strain, overload_of, strain_at_end
 from sits_mech.version import __version__
 
 COARSE, FINE = 5e-2, 1e-2

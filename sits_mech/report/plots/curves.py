@@ -57,9 +57,7 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     data = _in_mm(data)
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
-        error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
-        seen = not error < _SEEN * height
-        words = f"{'bars: ' * seen}errors up to {error:.2g} %"
+        seen, words = _errors_of(curves)
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors if seen else None, **stroke, elinewidth=0.6, label=name)
             if seen:  # bars as a line that is not drawn: the legend keeps clear of lines alone
@@ -71,6 +69,13 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         if family is not None:
             axes.legend(title=_short_label(family), ncols=1 + (len(curves) > 5))
     return figure
+
+
+def _errors_of(curves: list[tuple[str, Array, Array]]) -> tuple[bool, str]:
+    """Return whether bars of errors can be seen, and the largest error in words."""
+    error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
+    seen = not error < _SEEN * height
+    return seen, f"{'bars: ' * seen}errors up to {error:.2g} %"
 
 
 def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:

@@ -38,8 +38,8 @@ from scipy.stats import norm, qmc
 
 from sits_mech.quantities import Array
 from sits_mech.readout.quality import SEEN
-from sits_mech.synthesis.kinds import INVERSE
-from sits_mech.synthesis.loads import Operator
+from sits_mech.synthesis.required.kinds import INVERSE
+from sits_mech.synthesis.solved.loads import Operator
 
 _FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
 _FAR = 2.0  # deviations of a tolerance, of sensors that tell which loads are the worst

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import TensileTest
-from sits_mech.report.pictures.fit import fit_figure, fit_rows, read_figure, read_rows
 from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.plots.fit import fit_figure, fit_rows, read_figure, read_rows
 from sits_mech.silicone.homogeneous import engineering_stress
 
 STRAIN = np.linspace(0.0, 1.6, 81)

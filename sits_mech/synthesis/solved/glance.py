@@ -8,12 +8,12 @@ import xarray as xr
 from sits_mech.analysis.bench import table_inductances
 from sits_mech.readout.loads import request_of, several, varied
 from sits_mech.scene.sensor import Sensor
-from sits_mech.synthesis.answered import Answered, Task
-from sits_mech.synthesis.figures import Judge, Table
-from sits_mech.synthesis.loads import Loads, Operator
-from sits_mech.synthesis.requirements import Requirements
-from sits_mech.synthesis.solve import Solver, figure_errors
-from sits_mech.synthesis.space import Design, size_of
+from sits_mech.synthesis.required.requirements import Requirements
+from sits_mech.synthesis.required.space import Design, size_of
+from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.solved.figures import Judge, Table
+from sits_mech.synthesis.solved.loads import Loads, Operator
+from sits_mech.synthesis.solved.solve import Solver, figure_errors
 
 
 def at_a_glance(

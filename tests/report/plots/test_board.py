@@ -7,7 +7,7 @@ import pytest
 from sits_mech.boards.kicad import read_board
 from sits_mech.boards.windings import windings
 from sits_mech.cli.main import run
-from sits_mech.report.pictures.board import board_figure, listed
+from sits_mech.report.plots.board import board_figure, listed
 from tests.boards.test_windings import drawn_board, expected
 
 

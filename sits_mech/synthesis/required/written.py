@@ -20,7 +20,7 @@
     minimise = "error.F_z"               # a figure, {figure = weight, ...}, or "feasible"
     yield = "95 %"
 
-What the numbers mean together, and for the scene, is `requirements.requirements_of`; figures stand in `figures.py`.
+What the numbers mean together, and for the scene, is `requirements_of`; figures stand in `solved/figures.py`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from sits_mech.inputs import (
     within,
 )
 from sits_mech.quantities import UNITS, WRENCH
-from sits_mech.synthesis.kinds import ASKED, KINDS, FigureKind, figure_names, figure_unit
+from sits_mech.synthesis.required.kinds import ASKED, KINDS, FigureKind, figure_names, figure_unit
 from sits_mech.units import SceneError, shown, si_value
 
 FIGURES = (*figure_names(WRENCH), "footprint")

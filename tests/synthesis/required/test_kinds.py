@@ -2,7 +2,7 @@
 
 import pytest
 
-from sits_mech.synthesis.kinds import ASKED, INVERSE, STRAIN, figure_names, figure_unit, figure_words, shown_as
+from sits_mech.synthesis.required.kinds import ASKED, INVERSE, STRAIN, figure_names, figure_unit, figure_words, shown_as
 
 
 def test_names_are_of_each_component_and_both_axes() -> None:

@@ -1,0 +1,1 @@
+"""Plot what tables and searches hold; what a sensor looks like is drawn in `pictures`."""
