@@ -93,6 +93,7 @@ UNMIRRORED = {
         (f"synthesis/{name}.py" for name in ("answer", "solved/answered", "around", "preview")),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
+    "schemas/files.py": "tests/schemas/test_study.py: studies; test_requirements.py and test_bench.py beside it",
     "export/calibrations.py": "tests/test_public_names.py: examples of each; tests/cli/test_built.py: as commands do",
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",

@@ -88,7 +88,7 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
     choice.check()
     board = read_board(path)
     routes = _routes(board, choice)
-    origin, top = _origin(board, routes, choice.origin), _top(board, routes)
+    origin, top = _origin(routes, choice.origin), _top(board, routes)
     coils = [_coil(board, found, origin, top) for found in routes]
     table = {"name": f"Coils of {path.name}", "frequency": choice.frequency, "coils": coils}
     sensor = sensor_from(table, board.name)
@@ -106,7 +106,7 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
 
 def coil_alone(board: Board, found: Route) -> Coil:
     """Return a coil of a board as that of a scene."""
-    origin, top = _origin(board, [found], "coil"), _top(board, [found])
+    origin, top = _origin([found], "coil"), _top(board, [found])
     table = _coil(board, replace(found, name="coil"), origin, top)
     return sensor_from({"name": "coil", "frequency": 1e6, "coils": [table]}).coils[0]
 
@@ -137,7 +137,7 @@ def _at(board: Board, text: str) -> Copper:
     return at_place(board, METRES * np.array([float(found[1]), -float(found[2])]), layer)
 
 
-def _origin(board: Board, routes: Sequence[Route], origin: str) -> Array:
+def _origin(routes: Sequence[Route], origin: str) -> Array:
     """Return the scene's origin on the board [m]."""
     points = np.vstack([run.points for found in routes for run in found.runs])
     return (points.min(axis=0) + points.max(axis=0)) / 2 if origin == "coil" else np.zeros(2)

@@ -33,7 +33,6 @@ from functools import cache, cached_property, partial
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
@@ -221,7 +220,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
         coarse, fine = made(level - 1), made(level)
         if coarse.division is None or fine.division is None:
             return None
-        return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
+        return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division))
 
     def changed(other: Sensor, level: int) -> Bonded | None:
         """Make a level of a changed scene."""

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from sits_mech.schemas.bench import bench_schema
-from sits_mech.schemas.requirements import requirements_schema
+from sits_mech.schemas.files import bench_schema, requirements_schema, study_schema
 from sits_mech.schemas.scene import scene_schema
-from sits_mech.schemas.study import study_schema
 
 SCHEMAS = {
-    "scene": scene_schema,
-    "study": study_schema,
-    "requirements": requirements_schema,
-    "bench": bench_schema,
+    "scene": scene_schema, "study": study_schema, "requirements": requirements_schema, "bench": bench_schema
 }
 """What makes the schema of each kind of file."""
 

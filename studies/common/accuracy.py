@@ -135,7 +135,7 @@ def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
             axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.25)
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
     took = [one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated <= _TITLE]
-    seconds = f": {_TITLE:.0%} takes {span_words(took)} s" if took else ""
+    seconds = f": asked to {100.0 * _TITLE:g} % it takes {span_words(took)} s" if took else ""
     axes.set_title(f"{title}{seconds}", fontsize=9)
     name_curves(axes)
 

@@ -61,7 +61,7 @@ class Question:
             return list(family_lines(self.case.pad, self.case.target, t, cells, grading))
         W, w = 0.5 * self.case.pad[0] / t, 0.5 * self.case.target[0] / t
         breaks = [-W, -w, w, W]
-        counts = [matched_cells(b - a, 1.0, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
+        counts = [matched_cells(b - a, cells, grading) for a, b in zip(breaks[:-1], breaks[1:], strict=True)]
         return [t * graded_lines(breaks, counts, grading), t * graded_lines([0.0, 1.0], [cells], grading)]
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.layer import axisymmetric_pad, deformed_mesh, planar_layer
@@ -78,7 +77,7 @@ def test_levels_of_a_covered_pad_hold_those_before(shape, high):
     """What is linear in space is carried from level to level exactly, displacements and pressures."""
     solids = [bonded_block(scene(shape, beyond=0.8, high=high), *way[:1], layers=way[1]) for way in ((1, 0), (2, 0))]
     coarse, fine = (each.body.mesh for each in solids)
-    way = along_family(coarse, fine, tuple(each.division for each in solids), BRICK)
+    way = along_family(coarse, fine, tuple(each.division for each in solids))
     if shape is BOX:
         slope = np.array([[0.1, 0.2, -0.1], [0.0, 0.3, 0.2], [0.4, -0.2, 0.1]])
         found = way.displacements((coarse.nodes @ slope).ravel())

@@ -8,7 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from sits_mech.scene.sensor import SceneError
-from sits_mech.schemas.requirements import requirements_schema
+from sits_mech.schemas.files import requirements_schema
 from sits_mech.synthesis.required.requirements import requirements_of
 
 FILES = sorted((Path(__file__).parents[2] / "studies/requirements").glob("*.toml"))

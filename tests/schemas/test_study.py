@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 
 from sits_mech.batch.studies.study import read_study
 from sits_mech.scene.sensor import SceneError
-from sits_mech.schemas.study import study_schema
+from sits_mech.schemas.files import study_schema
 
 STUDY = Draft202012Validator(study_schema())
 GRID = """scene = "biorob2018"

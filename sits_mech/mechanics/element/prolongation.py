@@ -26,7 +26,7 @@ from skfem.quadrature import get_quadrature
 
 from sits_mech.geometry.meshing.bricks import Subdivision
 from sits_mech.geometry.meshing.refinement import Refinement, shape_values
-from sits_mech.mechanics.element.mesh import GAUSS, ORDER, MixedMesh
+from sits_mech.mechanics.element.mesh import BRICK, GAUSS, ORDER, MixedMesh
 from sits_mech.quantities import Array, Integers
 
 
@@ -67,16 +67,14 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
     return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
 
-def along_family(
-    coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Subdivision, Subdivision], element: Element
-) -> Prolongation:
-    """Return the map from one mesh of a family to a finer one, whose cells need not nest."""
+def along_family(coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Subdivision, Subdivision]) -> Prolongation:
+    """Return the map from one mesh of a family of bricks to a finer one, whose cells need not nest."""
     own, new = divisions
     numbers, first = np.unique(fine.cells, return_index=True)
     cell, local = np.divmod(first, fine.cells.shape[1])
     size = new.high[cell] - new.low[cell]
-    owner, at = _located(own, new.base[cell], new.low[cell] + element.doflocs[local] * size)
-    weights = shape_values(element, at)
+    owner, at = _located(own, new.base[cell], new.low[cell] + BRICK.doflocs[local] * size)
+    weights = shape_values(BRICK, at)
     weights[np.abs(weights) < 1e-13] = 0.0
     rows = np.repeat(numbers, weights.shape[1])
     shape = (len(fine.nodes), len(coarse.nodes))
@@ -85,7 +83,7 @@ def along_family(
     beside = 1e-6 * np.array(list(product((-1.0, 1.0), repeat=own.low.shape[1])))  # a middle may lie between parents
     middle = 0.5 * (new.low + new.high)
     parents = np.stack([_located(own, new.base, middle + away)[0] for away in beside])
-    return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
+    return Prolongation(nodes, _linear(coarse, fine, parents, BRICK), parents)
 
 
 def _located(own: Subdivision, base: Integers, places: Array) -> tuple[Integers, Array]:

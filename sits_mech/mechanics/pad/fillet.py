@@ -83,7 +83,7 @@ def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Arr
 
     def segment(start: float, end: float) -> Array:
         """Return lines whose smallest spacing is an arc's: up to twice the cells, then a stronger grading."""
-        fewest, ratio = matched_cells(end - start, 1.0, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
+        fewest, ratio = matched_cells(end - start, cells, grading), max(1.0, 0.5 * (end - start) * along / c)
         count = max(fewest, min(2 * fewest, 2 * int(np.ceil(ratio ** (1.0 / grading) - SLACK))))
         power = grading if count == 2 else max(grading, np.log(ratio) / np.log(0.5 * count))
         return graded_segment(start, end, count, power)
@@ -93,7 +93,7 @@ def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Arr
     wide, narrow = fillet.half_layer, fillet.half_target
     if fillet.flush:
         return segment(-wide, wide), z
-    beside, under = segment(narrow, wide), matched_cells(2.0 * narrow, 1.0, cells, grading)
+    beside, under = segment(narrow, wide), matched_cells(2.0 * narrow, cells, grading)
     return np.concatenate([-beside[:0:-1], graded_segment(-narrow, narrow, under, grading), beside[1:]]), z
 
 
@@ -126,6 +126,6 @@ def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> 
     return np.concatenate([pieces[0]] + [piece[1:] for piece in pieces[1:]])
 
 
-def matched_cells(length: float, reference: float, cells: int, beta: float) -> int:
-    """Return the even number of cells that gives a segment the same smallest cell as a reference segment has."""
-    return 2 * max(1, int(np.ceil(0.5 * cells * (length / reference) ** (1.0 / beta) - SLACK)))
+def matched_cells(length: float, cells: int, beta: float) -> int:
+    """Return the even number of cells that gives a segment the same smallest cell as one of length 1 has."""
+    return 2 * max(1, int(np.ceil(0.5 * cells * length ** (1.0 / beta) - SLACK)))

@@ -193,7 +193,7 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
         breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
     x, z = (
-        graded_lines(ends, [matched_cells(b - a, 1.0, cells, grading) for a, b in pairwise(ends)], grading)
+        graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]

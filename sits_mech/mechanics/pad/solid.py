@@ -22,7 +22,7 @@ from functools import cache, cached_property, lru_cache, partial
 
 import numpy as np
 from skfem import Basis, MeshHex, MeshHex2
-from skfem.element import Element, ElementHex1
+from skfem.element import ElementHex1
 from skfem.quadrature import get_quadrature
 
 from sits_mech.geometry.meshing.bricks import PlateOutline, Subdivision, both_halves, inside_outline
@@ -254,17 +254,17 @@ def moved_block(body: Bonded, sensor: Sensor, fineness: tuple[int, float, int], 
     if nodes is None:
         return None
     X = _from_centre(sensor, nodes[body.bonded[:, 0] // 3])
-    mesh = body.mesh if np.array_equal(nodes, body.mesh.nodes) else moved_mesh(body.mesh, nodes, BRICK)
+    mesh = body.mesh if np.array_equal(nodes, body.mesh.nodes) else moved_mesh(body.mesh, nodes)
     return replace(as_in(sensor, body, guard), mesh=mesh, X=X)
 
 
-def moved_mesh(mesh: MixedMesh, nodes: Array, element: Element) -> MixedMesh:
-    """Return a mesh of solid cells with its nodes at other places, shape (n, 3) [thicknesses]."""
+def moved_mesh(mesh: MixedMesh, nodes: Array) -> MixedMesh:
+    """Return a mesh of bricks with its nodes at other places, shape (n, 3) [thicknesses]."""
     slope, weights = mesh.inside
     e, q, d, _ = slope.shape
     G = kinematics(gradients(mesh, nodes.ravel()))
     new = Points((G.H / G.J[..., None]).reshape(e, q, d, d) @ slope, weights * G.J)
-    places = np.moveaxis(_values(element) @ nodes[mesh.cells], -1, 0)
+    places = np.moveaxis(_values() @ nodes[mesh.cells], -1, 0)
     return MixedMesh(nodes, mesh.cells, new, pressures(places, new.weights, mesh.chi.shape[1] == 1))
 
 
@@ -286,6 +286,6 @@ def _corners() -> Array:
 
 
 @cache
-def _values(element: Element) -> Array:
-    """Return the shape functions at the quadrature points, shape (q, k)."""
-    return shape_values(element, get_quadrature(element, ORDER)[0].T)
+def _values() -> Array:
+    """Return the shape functions of a brick at the quadrature points, shape (q, k)."""
+    return shape_values(BRICK, get_quadrature(BRICK, ORDER)[0].T)

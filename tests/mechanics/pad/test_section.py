@@ -20,7 +20,7 @@ def test_lines_hold_every_break_once():
 
 
 def test_matched_cells_have_the_reference_size_at_the_ends():
-    cells = matched_cells(7.5, 1.0, 8, 2.0)
+    cells = matched_cells(7.5, 8, 2.0)
     long, short = (np.diff(graded_segment(0.0, length, n, 2.0))[0] for length, n in ((7.5, cells), (1.0, 8)))
     assert long <= short < 1.5 * long
 

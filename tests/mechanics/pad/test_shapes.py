@@ -5,7 +5,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from sits_mech.mechanics.block import block_pad, solved_body
-from sits_mech.mechanics.element.mesh import BRICK
 from sits_mech.mechanics.element.prolongation import along_family
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.layer import planar_layer
@@ -173,7 +172,7 @@ def test_places_are_carried_along_every_family(whole):
     """From two parts a base cell to three, that do not nest: curved sides are off by h^3, straight ones by nothing."""
     for target, pad in SHAPES:
         coarse, fine = (bonded_block(scene(target, pad), split, whole=whole) for split in (2, 3))
-        way = along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division), BRICK)
+        way = along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division))
         there = way.displacements(coarse.body.mesh.nodes.ravel()).reshape(-1, 3)
         straight = isinstance(target, tuple) and isinstance(pad, tuple)
         assert np.abs(there - fine.body.mesh.nodes).max() < (1e-12 if straight else 4e-3)

@@ -1,16 +1,43 @@
-"""Describe a study file: JSON Schema of what `read_study` reads, made of the models that read it.
+"""Describe the files that users write beside a scene: JSON Schema of studies, requirements and rows of a bench file.
 
-It holds the arguments of each request; what samples, conditions and stages need of each other is found by the reader.
+Of studies and requirements it is made of the models that read them: it holds the arguments of each request of a study;
+what samples, conditions and stages need of each other is found by the reader. A bench file is a CSV whose rows
+`read_measured` reads, by column headings: a name with a unit in brackets or in the row below, SI without one; what
+precedes the headings or starts with # is passed over.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from sits_mech.analysis.measured import HEADINGS
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import TOP
 from sits_mech.batch.studies.written import COMPONENTS, StudyTable
+from sits_mech.quantities import WRENCH
 from sits_mech.schemas.scene import DIALECT
+from sits_mech.synthesis.required.written import Written
+
+_UNIT = r"\s*([\[(].*[\])])?$"
+
+
+def bench_schema() -> dict[str, Any]:
+    """Return the schema of a row of a bench file: an object whose keys are the headings."""
+    columns = {
+        f"^{each.pattern}{_UNIT}": {"type": "number", "x-unit": each.unit or "1", "description": each.meaning}
+        for each in HEADINGS
+    }
+    return {
+        "$schema": DIALECT, "title": "Row of a bench file of sits-mech", "type": "object",
+        "patternProperties": columns, "minProperties": 2,
+    }
+
+
+def requirements_schema() -> dict[str, Any]:
+    """Return the schema of a requirement file."""
+    found: dict[str, Any] = Written.model_json_schema() | {"$schema": DIALECT, "title": "Requirements of sits-mech"}
+    found["$defs"]["loads"]["anyOf"] = [{"required": [name]} for name in WRENCH]
+    return found
 
 
 def study_schema() -> dict[str, Any]:
