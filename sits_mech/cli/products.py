@@ -234,7 +234,7 @@ def report(folder: Folder, *, case: Case = None, output: Output = None, as_json:
     Example: sits-mech report calibration -o report.html
     """
     from sits_mech.report.folder import is_sweep, read_calibration
-    from sits_mech.scene.files import is_open_end
+    from sits_mech.scene.files import is_open_end, write_text
     from sits_mech.scene.sensor import SceneError
 
     own = "report.html" if case is None else f"report-{case}.html"
@@ -249,9 +249,9 @@ def report(folder: Folder, *, case: Case = None, output: Output = None, as_json:
         return 0
     sensor, data = read_calibration(folder, case)
 
-    from sits_mech.report.page.html import write_html
+    from sits_mech.report.page.html import page
 
-    write_html(sensor, data, folder, path)
+    write_text(path, page(sensor, data, folder))
     print_written([path], as_json)
     return 0
 

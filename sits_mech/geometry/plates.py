@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sits_mech.description import Refusal
 from sits_mech.quantities import Complex, Pose
-from sits_mech.scene.sensor import Conductor, Sensor, Target
+from sits_mech.scene.sensor import Conductor, Sensor, metal_parts
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,6 @@ def section_plates(sensor: Sensor, pose: Pose) -> tuple[PlateSection, ...]:
                              metal.conductivity, metal.relative_permeability, True)
             )
     return tuple(plates)
-
-
-def metal_parts(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
-    """Return target and fixed parts by their keys."""
-    target = [] if sensor.target is None else [("target", sensor.target)]
-    return [*target, *((f"conductors.{part.name}", part) for part in sensor.conductors)]
 
 
 def cut_width(part: Conductor) -> float:

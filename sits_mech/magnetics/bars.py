@@ -39,7 +39,6 @@ from sits_mech.geometry.collision import CLEARANCE, smooth_height
 from sits_mech.geometry.plates import (
     PlateSection,
     distance,
-    metal_parts,
     outline_refusal,
     return_radius,
     section_plates,
@@ -59,7 +58,7 @@ from sits_mech.magnetics.section.coupling import (
 from sits_mech.magnetics.section.plate import Lengths, PreparedPlate, Resolution, prepare_plate
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
-from sits_mech.scene.sensor import Coil, Sensor
+from sits_mech.scene.sensor import Coil, Sensor, metal_parts
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 from sits_mech.units import millimetres as mm

@@ -28,14 +28,14 @@ from functools import partial
 import numpy as np
 
 from sits_mech.description import Description, Question, Refusal, Rung, function
-from sits_mech.geometry.plates import metal_parts, not_cut
+from sits_mech.geometry.plates import not_cut
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
 from sits_mech.magnetics.idle import coupling, idle_bound, idle_share
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Coil, Sensor
+from sits_mech.scene.sensor import Coil, Sensor, metal_parts
 
 _UNMOVED = ("d_v", "alpha_z")  # what may change of a target that stays on a coil's axis
 _ROOM = "sits_mech.magnetics."

@@ -39,7 +39,6 @@ import numpy as np
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
-from sits_mech.geometry.plates import metal_parts
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -55,7 +54,7 @@ from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, metal_parts
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 from sits_mech.units import millimetres as mm

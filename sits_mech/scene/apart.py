@@ -30,10 +30,9 @@ from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, circle, crossing, polygon
 from sits_mech.scene.parts import Conductor, Target
 from sits_mech.scene.solids import BoxedPart, separation
-from sits_mech.units import SceneError
+from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
-_SLACK = 1.0 + 1e-9  # sizes that are equal as written may differ by rounding
 _TILES = 256  # of a curved plate
 
 
@@ -147,7 +146,7 @@ def _check_clear(part: Prism, other: Prism) -> None:
     """Refuse a conductor that touches or overlaps another part."""
     turned = part.box is not None or other.box is not None
     height = float(separation(_box(part), _box(other))[0]) if turned else _above(part, other)
-    slack = (_SLACK - 1.0) * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
+    slack = SLACK * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
     if height > slack or (beside := -math.inf if turned else gap_beside(part, other)) > slack:
         return
     depth = -max(height, beside)
@@ -203,14 +202,14 @@ def _gap(first: Any, second: Any, half: float = 0.0) -> float:
 def _check_side_by_side(coil: Coil, other: Coil) -> None:
     """Refuse coils that overlap."""
     reach = (coil.track_thickness + other.track_thickness) / 2
-    shared = [z for z in coil.heights if any(abs(z - level) * _SLACK < reach for level in other.heights)]
+    shared = [z for z in coil.heights if any(abs(z - level) * (1.0 + SLACK) < reach for level in other.heights)]
     beside = gap_beside(_layers(coil)[0], _layers(other)[0])
     if not shared or beside > 0.0:
         return
     names = f"coils.{coil.name} and coils.{other.name}"
     if coil.shape == other.shape == "circle":
         distance, needed = math.dist(coil.centre, other.centre), 0.5 * (coil.outer_diameter + other.outer_diameter)
-        if distance * _SLACK < needed:
+        if distance * (1.0 + SLACK) < needed:
             raise SceneError(
                 f"{names} overlap: their centres must be at least {mm(needed)} apart for outer diameters of "
                 f"{mm(coil.outer_diameter)} and {mm(other.outer_diameter)}; got {mm(distance)}"
@@ -218,7 +217,7 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
     elif coil.shape == other.shape == "path":
         for z in shared:
             _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
-    elif -beside > (_SLACK - 1.0) * max(*coil.extent, *other.extent):
+    elif -beside > SLACK * max(*coil.extent, *other.extent):
         what, by = _met(coil, other, beside)
         raise SceneError(
             f"{names} overlap: the {what} them must be clear of each other in every layer; they overlap{by} at "
@@ -244,7 +243,7 @@ def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:
 def _lines(coil: Coil, height: float, reach: float) -> list[Array]:
     """Return the polylines in place of a coil of free tracks at a height, or nearer to it than `reach` [m]."""
     lines = [(np.array(line)[:, :2] + coil.centre, line[0][2]) for line in coil.path]
-    return [line for line, z in lines if z == height or abs(z - height) * _SLACK < reach]
+    return [line for line, z in lines if z == height or abs(z - height) * (1.0 + SLACK) < reach]
 
 
 def _check_round(radius: float, coils: Sequence[Coil]) -> None:

@@ -191,6 +191,12 @@ def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:
     return tuple(layer.silicone for layer in stack_of(sensor))
 
 
+def metal_parts(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
+    """Return target and fixed parts by their keys."""
+    target = [] if sensor.target is None else [("target", sensor.target)]
+    return [*target, *((f"conductors.{part.name}", part) for part in sensor.conductors)]
+
+
 def known_stretch(sensor: Sensor) -> float:
     """Return the largest stretch in the data behind the silicone's constants [-]; NaN where that is not known.
 

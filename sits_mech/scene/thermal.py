@@ -30,7 +30,7 @@ from sits_mech.scene.coils import ACROSS, UPRIGHT
 from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.materials import Metal, metals
-from sits_mech.scene.sensor import REFERENCE, Coil, Conductor, Elastomer, SceneError, Sensor, Target
+from sits_mech.scene.sensor import REFERENCE, Coil, Elastomer, SceneError, Sensor, metal_parts
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import ZERO_CELSIUS
@@ -75,7 +75,7 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
     """Refuse a temperature [K] at which something of a sensor is not known, in one line that names it."""
     if temperature == REFERENCE:
         return
-    for name, part in _plates(sensor):
+    for name, part in metal_parts(sensor):
         keys = ("temperature_coefficient", "permeability_coefficient", "expansion")
         _check_known(name, part.metal, keys, f"{name}: {part.metal.name or 'its metal'}", temperature)
     for coil in sensor.coils:
@@ -144,12 +144,6 @@ def warmed(sensor: Sensor, dT: Mapping[str, float]) -> Sensor:
 def _copper() -> Metal:
     """Return the metal of tracks."""
     return metals()["copper"]
-
-
-def _plates(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
-    """Return target and conductors with their names for messages."""
-    own: list[tuple[str, Target | Conductor]] = [(f"conductors.{part.name}", part) for part in sensor.conductors]
-    return own if sensor.target is None else [("target", sensor.target), *own]
 
 
 def _check_known(name: str, of: Metal | Silicone, keys: Sequence[str], title: str, temperature: float) -> None:

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from sits_mech.description import Refusal
-from sits_mech.geometry.plates import metal_parts
 from sits_mech.magnetics.axis.lines import CoaxialDisc
 from sits_mech.quantities import Array, Pose
-from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target, metal_parts
 from sits_mech.units import millimetres as mm
 
 _APART = 1e-9  # off the axis by less than this is coaxial [m]

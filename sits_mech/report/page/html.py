@@ -30,16 +30,10 @@ from sits_mech.report.page.parts import (
     tiles,
     words_part,
 )
-from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import Sensor
 from sits_mech.version import __version__
 
 _NAMES = {"inverse": "Forces back", "figures": "Figures", "limits": "Limits", "how": "How computed"}  # to jump to
-
-
-def write_html(sensor: Sensor, data: xr.Dataset, folder: Path, path: Path) -> None:
-    """Write the report of a calibration with its pictures in `folder`; raise SceneError if not writable."""
-    write_text(path, page(sensor, data, folder))
 
 
 def page(sensor: Sensor, data: xr.Dataset, folder: Path | None = None) -> str:
