@@ -61,7 +61,7 @@ def cells_figure(found: CellCrosstalk) -> Figure:
             matrix.annotate("" if i == j else f"{value:.2g}", (j, i), ha="center", va="center", fontsize=6)
         matrix.set_xticks(range(len(names)), names)
         matrix.set_yticks(range(len(names)), names)
-        matrix.set(xlabel="pressed", ylabel="reads", title="$F_z$ read by $F_z$ on another cell [%]")
+        matrix.set(xlabel="pressed", ylabel="reads", title=f"cells read up to {most:.2g} % of $F_z$ on another")
         matrix.grid(False)
         return figure
 

@@ -73,7 +73,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
         curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
         curve.set_ylim(bottom=0.0)
         curve.set_xlim(left=0.0)
-        figure.suptitle(f"{fill(Path(test.source).stem, 40)}: tensile test and {fit.law} law")
+        figure.suptitle(f"{fill(Path(test.source).stem, 40)}: {fit.law} is off by {1e-3 * fit.rms:.2g} kPa (rms)")
         figure.legend(loc="outside lower center", ncols=len(seen))
     return figure
 

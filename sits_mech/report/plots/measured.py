@@ -77,6 +77,8 @@ def comparison_figure(found: Comparison, coils: Sequence[str]) -> Figure:
         both.plot(ends, ends, color="black", linewidth=0.5, label="equal")
         both.set(xlabel="computed [\u00b5H]", ylabel="measured [\u00b5H]", title="inductance of each coil")
         rest.axhline(0.0, color="black", linewidth=0.5)
-        rest.set(xlabel="row of the bench file", ylabel=f"measured minus computed [{unit}]", title="residual")
+        rms = scale * float(np.sqrt(np.mean(fit.residual**2)))
+        rest.set(xlabel="row of the bench file", ylabel=f"measured minus computed [{unit}]")
+        rest.set_title(f"what the fit leaves: {rms:.2g} {unit} (rms)")
         figure.legend(loc="outside lower center", ncols=3, handlelength=1.2)
     return figure
