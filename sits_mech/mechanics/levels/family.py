@@ -14,12 +14,13 @@ Error. Of two levels, what the first term adds, twice along z and of flush pads,
 a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025).
 Of more,
 
-    error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j,
+    error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j < 1,
 
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. They
-and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). Of three levels whose last one is
-divided at the edge alone the limit moves as the terms are told apart, and the second counts whole: s_2 = 1, theta =
-phi_31/phi_21. (On 16 pads true errors were 0.07 to 1.03 of those by theta = 1 and s_2 = 1/2, and are 0.08 to 1.05 so.)
+and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). A level divided at the edge alone, or
+away from it alone, moves the limit by what was wrong there, so that the ratio of the term that stays is not in theta.
+Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors were 0.07 to
+1.03 of those by theta = 1 and s_2 = 1/2, and are 0.08 to 1.05 so; of four levels of 14 pads 0.01 to 0.8, now to 0.9.)
 No component's error is less than a share of the worst, an angle counted at the target's end; likewise for forces that
 hold the target.
 
@@ -190,7 +191,7 @@ class Levels:
         if level == 2 and self.edges_alone:
             parts *= _UNSURE / EARLY
         if level > 2:
-            parts[-1] = _UNSURE * ratios.max() * np.abs(limit.parts[terms] - parts[terms]).sum(axis=0)
+            parts[-1] = _UNSURE * _reduced(ratios) * np.abs(limit.parts[terms] - parts[terms]).sum(axis=0)
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 
 
@@ -307,12 +308,15 @@ def extrapolated(
         return _limit(value, early * more, gain * off)
     before, _ = _ahead(values[:-1], terms[:-1])
     ratios, moved = terms[-1] / terms[-2], value - values[-2] - before.sum(axis=0)
-    apart = len(values) == 3 and ratios.max() == 1.0
-    theta = float(ratios.min() if apart else ratios.max())
-    parts = np.concatenate([_UNSURE * more, theta * moved[None]])
+    parts = np.concatenate([_UNSURE * more, _reduced(ratios) * moved[None]])
     parts[0] += opened * more[0]
-    parts[1] *= 1.0 + apart
+    parts[1] *= 1.0 + (len(values) == 3 and ratios.max() == 1.0)
     return _limit(value, parts, gain * off)
+
+
+def _reduced(ratios: Array) -> float:
+    """Return theta: the largest ratio of the terms on a level and the one before, of those that are smaller on it."""
+    return float(np.max(ratios, where=ratios < 1.0, initial=np.min(ratios)))
 
 
 def _ahead(values: Sequence[Array], terms: Array) -> tuple[Array, float]:
