@@ -128,9 +128,9 @@ def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
 
 @pytest.mark.parametrize("level", [2, 3])
 def test_what_a_level_promises_is_what_known_terms_leave(level):
-    """The fourth level, not divided at the edge, leaves what its term adds; its limit moves by half of what it takes off.
+    """The fourth level, not divided at the edge, leaves what its term adds.
 
-    So much was wrong inside, and is reduced as what is inside.
+    Its limit moves by half of what it takes off: so much was wrong inside, and is reduced as what is there.
     """
     levels = family("box")
     values = list(LIMIT + levels.terms[: level + 1] @ np.stack([FIRST, (level - 2) * SECOND]))
