@@ -84,14 +84,15 @@ def test_a_level_that_moves_the_limit_widens_its_error():
     assert moved > 0.0 and four.error[0] > abs(four.value - three.value)[0] > 0.0
 
 
-def test_edges_that_a_press_opens_are_less_sure():
-    """By c (sink/t)^2 of what their term adds; the limit stays, and a target that is pulled up opens nothing."""
+def test_edges_that_a_press_opens_add_more_and_are_less_sure():
+    """Both by c (sink/t)^2 of what their term adds; a target that is pulled up opens nothing."""
     levels = family("box")
     values = list(LIMIT + levels.terms[:3] @ np.stack([FIRST, SECOND]))
     plain, pressed, pulled = (levels.limit(values, sink=sink) for sink in (0.0, 0.1, -0.1))
-    np.testing.assert_allclose(pressed.value, plain.value)
-    np.testing.assert_allclose(pressed.error - plain.error, 100.0 * 0.1**2 * 0.0625 * np.abs(FIRST), rtol=1e-9)
-    np.testing.assert_allclose(pulled.error, plain.error)
+    more = -50.0 * 0.1**2 * 0.0625 * FIRST
+    np.testing.assert_allclose(pressed.value - plain.value, more, rtol=1e-9)
+    np.testing.assert_allclose(pressed.parts[0] - plain.parts[0], more, rtol=1e-9)
+    np.testing.assert_allclose([pulled.value, pulled.error], [plain.value, plain.error])
 
 
 @pytest.mark.parametrize(("width", "factor"), [(15.0, 1.0), (20.0, 2.0)])
