@@ -19,12 +19,10 @@ from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
-from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import Direct, poses_of, read_poses
-from sits_mech.chain.simulate import with_omissions
-from sits_mech.description import sized
+from sits_mech.chain.simulate import whole_error, with_omissions
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
@@ -102,7 +100,7 @@ def calibrate(
         alpha_x and alpha_z only where a load leaves the plane. A load that fails has NaN and says why. Attributes hold
         scene, hash, request, version, ``unit_L``, and in ``left_out`` what counts of what the models leave out, with
         sizes, as JSON; ``planned`` seconds of processor time and error over the full scale as the largest load's first
-        meshes show them, and the error that was ``reached``.
+        meshes show them, the error that was ``reached``, and the whole ``error``, with what is left out.
 
     Raises
     ------
@@ -158,7 +156,7 @@ def tabulated(
     places = [name for name in TOUCH if name in grid or name in fixed]
     every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
     loads = loads_of(every, sensor.touched_point)
-    columns, read, shown = _read(sensor, found, grid, loads, request, slopes, direct)
+    columns, read, shown, error = _read(sensor, found, grid, loads, request, slopes, direct)
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
@@ -167,15 +165,18 @@ def tabulated(
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {} if sensor.touch is None else {"touch": list(sensor.touched_point)}
     attributes |= shown.convention | {"request": json.dumps(request), "magnetics_tolerance": found.asked}
-    attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found)
+    attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found, error)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
 def _read(
     sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
     slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Direct | None,
-) -> tuple[Columns, list[Equilibrium], Impedance]:
-    """Return the columns of all loads, and the rests and impedances of those with a reading."""
+) -> tuple[Columns, list[Equilibrium], Impedance, float]:
+    """Return the columns of all loads, rests and impedances of those with a reading, and the largest error of these.
+
+    It is over the signals' full scale, with all that is left out.
+    """
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
     good = [word == OK for word, _ in status]
@@ -188,43 +189,45 @@ def _read(
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
-    words = _words(sensor, found, settled, status, (request["tolerance"], shown))
+    errors = [0.0 if one is None else whole_error(found.goal, one, shown.report.left_out) for one in rests]
+    words = _words(sensor, settled, status, errors, (request["tolerance"], shown))
     own = over_grid(grid, np.ones(len(loads)), words | seconds)
     of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))
     of_read |= {"error_magnetics": ((), np.full(len(read), shown.report.estimated_error))}
     carried = of_rests(list(filter(None, rests)), leaves=any(load.out_of_plane for load in loads))
     columns = over_grid(grid, [rest is not None for rest in rests], carried) | over_grid(grid, good, of_read) | own
     order = ("status", "reason", *carried, "notes", "seconds", *of_read, "flags")
-    return {name: columns[name] for name in order}, read, shown
+    largest = max((error for error, fine in zip(errors, good, strict=True) if fine), default=np.nan)
+    return {name: columns[name] for name in order}, read, shown, largest
 
 
 def _words(
-    sensor: Sensor, found: AimedLoads, settled: Sequence[Settled], status: Sequence[tuple[str, str]],
+    sensor: Sensor, settled: Sequence[Settled], status: Sequence[tuple[str, str]], errors: Sequence[float],
     asked: tuple[float, Impedance],
 ) -> Columns:
     """Return status, notes, flags and reason of all loads."""
-    marks = [_marks(sensor, found.goal, one, word, asked) for one, (word, _) in zip(settled, status, strict=True)]
+    words = [word for word, _ in status]
+    marks = [_marks(sensor, one, word, error, asked) for one, word, error in zip(settled, words, errors, strict=True)]
     own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
     return own | {"reason": ((), [why for _, why in status])}
 
 
-def _promised(found: AimedLoads) -> dict[str, Any]:
-    """Return planned seconds and error over full scale, and the error reached, where known."""
+def _promised(found: AimedLoads, error: float) -> dict[str, Any]:
+    """Return planned seconds and error over full scale, the error reached and the whole one, where known."""
     if found.planned is None:
         return {}
-    return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached}
+    return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached, "error": error}
 
 
 def _marks(
-    sensor: Sensor, goal: Goal | None, settled: Settled, status: str, asked: tuple[float, Impedance]
+    sensor: Sensor, settled: Settled, status: str, error: float, asked: tuple[float, Impedance]
 ) -> dict[str, str]:
-    """Return status, flags and notes of a load from its errors over the signals' full scale."""
+    """Return status, flags and notes of a load from its error over the signals' full scale."""
     rest = settled.rest
     notes = () if rest is None else rest.report.notes
     if rest is None or status != OK:
         return marked([status]) | {"notes": packed(notes)}
     tolerance, left_out = asked[0], asked[1].report.left_out
-    error = 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
     stretch = np.nan if rest.report.stretch is None else rest.report.stretch
     made = silicones_of(sensor)
     if len(made) == 1 and np.isfinite(stretch):  # which of layers are stretched so far is not known between loads

@@ -150,8 +150,16 @@ def _flagged(
     rest = shown.equilibrium
     goal = goal or goal_at(sensor, field, [rest.pose])
     left_out = shown.impedance.report.left_out
-    error = 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
+    error = whole_error(goal, rest, left_out)
     return replace(shown, flags=rest_flags(sensor, rest, tolerance, error, left_out))
+
+
+def whole_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omission]) -> float:
+    """Return the error of an answer over the signals' full scale, with all that is left out; 0 without a goal.
+
+    `left_out` is what the magnetic model leaves out; the errors of the pose hold what the mechanics do.
+    """
+    return 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
 
 
 def flags_over(

@@ -93,10 +93,15 @@ def deliver(text: str, output: Path | None) -> None:
         warn(f"written to {output}")
 
 
-def kept_promise(planned: tuple[float, float], took: tuple[float, float]) -> str:
-    """Return what was planned and what became of it, seconds of processor time and error over full scale, in words."""
-    words = [f"{seconds:.2g} s, error {100.0 * error:.2g} %" for seconds, error in (planned, took)]
-    return f"planned: {words[0]} of the signals' full scale; reached: {words[1]}"
+def kept_promise(planned: tuple[float, float], took: tuple[float, float], whole: float = 0.0) -> str:
+    """Return what was planned and what became of it, seconds of processor time and error over full scale, in words.
+
+    With the `whole` error, which holds what is left out, where it is larger.
+    """
+    errors = [f"{100.0 * error:.2g} %" for error in (planned[1], took[1], max(took[1], whole))]
+    more = f", {errors[2]} with what is left out" if errors[2] != errors[1] else ""
+    first, last = f"{planned[0]:.2g} s, error {errors[0]}", f"{took[0]:.2g} s, error {errors[1]}"
+    return f"planned: {first} of the signals' full scale; reached: {last}{more}"
 
 
 def warn(*lines: str) -> None:

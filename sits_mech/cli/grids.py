@@ -103,12 +103,12 @@ def calibrate(
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             print_table(part)
         print_table(summary_table(data))
-    statuses, reached = data["status"].to_numpy().ravel().tolist(), float(data.attrs.get("reached", nan))
+    statuses, off = data["status"].to_numpy().ravel().tolist(), float(data.attrs.get("error", nan))
     print_written(
-        [folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=reached, seconds=took
+        [folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=off, seconds=took
     )
     if "planned" in data.attrs:
-        warn(kept_promise(data.attrs["planned"], (took, reached)))
+        warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"]), off))
     return exit_code_of(statuses, accept)
 
 

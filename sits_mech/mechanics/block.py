@@ -67,7 +67,7 @@ _GUARDS = (0.0, 5.0)  # on J, in the order they are tried
 _RESTED = 4  # of them, for a load at finite strain: minutes and more a load on finer ones
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
 _SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
-_OPENS = 100.0  # times (sink/t)**2: what edges that a press opens add to the uncertainty of their power (family.py)
+_OPENS = 50.0  # times (sink/t)**2: what edges that a press opens add beyond their power, and as its error (family.py)
 _WITHIN = 1.0  # times what two levels add sideways where the target's edge is within the face (family.py)
 _LEAST = 0.03  # of the displacement: an edge's term on two levels, whose parts may cancel (family.py)
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of

@@ -19,7 +19,8 @@ from sits_mech.chain.interpolate import checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of
-from sits_mech.chain.simulate import simulate
+from sits_mech.chain.simulate import simulate, whole_error
+from sits_mech.cli.console import kept_promise
 from sits_mech.description import Description, Rung
 from sits_mech.mechanics import touch
 from sits_mech.mechanics.loads import Settled
@@ -259,15 +260,16 @@ def test_a_load_is_marked_by_its_error_its_stretch_and_how_it_was_found(sensor: 
         (rest_of(3e-6), None, "ok", NOTES), (rest_of(stretch=None), goal, "ok", NOTES),
         (rest_of(notes=BETWEEN), goal, "interpolated", BETWEEN),
     ):
-        found = _marks(sensor, own, settled, "ok", (2e-2, NOTHING))
+        error = whole_error(own, settled.rest, ())
+        found = _marks(sensor, settled, "ok", error, (2e-2, NOTHING))
         assert (found["status"], found["flags"], unpacked(found["notes"])) == (flags, flags, notes)
-    far = _marks(sensor, goal, rest_of(stretch=1.5 * known), "ok", (2e-2, NOTHING))
+    far = _marks(sensor, rest_of(stretch=1.5 * known), "ok", 0.0, (2e-2, NOTHING))
     assert far["status"] == "beyond data"
     ended = unpacked(far["notes"])[-1]
     assert ended.kind is NoteKind.DATA_END and ended.known["reached"] == 1.5 * known
-    failed = _marks(sensor, goal, Settled(None, status="failed"), "failed", (2e-2, NOTHING))
+    failed = _marks(sensor, Settled(None, status="failed"), "failed", 0.0, (2e-2, NOTHING))
     assert failed == {"status": "failed", "flags": "failed", "notes": ""}
-    kept = _marks(sensor, goal, rest_of(), "failed", (2e-2, NOTHING))
+    kept = _marks(sensor, rest_of(), "failed", 0.0, (2e-2, NOTHING))
     assert kept == {"status": "failed", "flags": "failed", "notes": packed(NOTES)}
 
 
@@ -286,7 +288,8 @@ def test_a_load_is_marked_by_what_both_halves_leave_out(
     assert settled.rest is not None
     pad = Omission(OmissionKind.PAD_ENDS, rest_size, Relative.DISPLACEMENT)
     report = replace(settled.rest.report, left_out=(pad,))
-    found = _marks(sensor, goal, Settled(replace(settled.rest, report=report)), "ok", (2e-2, shown))
+    error = whole_error(goal, settled.rest, (ends,))
+    found = _marks(sensor, Settled(replace(settled.rest, report=report)), "ok", error, (2e-2, shown))
     assert found["flags"] == flags and found["status"] == flags.partition(";")[0]
 
 
@@ -303,8 +306,12 @@ def test_a_table_keeps_what_its_models_leave_out(sensor: Sensor, monkeypatch: py
 
 
 def test_what_was_planned_is_told_where_it_was() -> None:
-    assert _promised(AimedLoads({}, Linear(), 1e-2)) == {}
-    assert _promised(AimedLoads({}, Linear(), 1e-2, Look(0.03, 4.0), 0.02)) == {"planned": [4.0, 0.03], "reached": 0.02}
+    assert _promised(AimedLoads({}, Linear(), 1e-2), 0.03) == {}
+    found = _promised(AimedLoads({}, Linear(), 1e-2, Look(0.03, 4.0), 0.02), 0.05)
+    assert found == {"planned": [4.0, 0.03], "reached": 0.02, "error": 0.05}
+    words = "planned: 4 s, error 3 % of the signals' full scale; reached: 5 s, error 2 %"
+    assert kept_promise((4.0, 0.03), (5.0, 0.02), 0.0201) == words
+    assert kept_promise((4.0, 0.03), (5.0, 0.02), 0.05) == f"{words}, 5 % with what is left out"
 
 
 TOUCHED = 'touch={shape="sphere", radius="3 mm", x="0.5 mm"}'

@@ -28,7 +28,7 @@ from sits_mech.scene.sensor import Sensor, silicones_of
 from sits_mech.silicone.stability import layer_notes
 
 _ROUNDING = 1e-6  # of the largest force: forces that hold a target below it are rounding
-_PAYS = 0.5  # of an error, from which on a level that does not give the one asked is not worth its price
+_PAYS = 0.7  # of an error, from which on a level that does not give the one asked is not worth its price
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 

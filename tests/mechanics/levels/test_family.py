@@ -84,14 +84,15 @@ def test_a_level_that_moves_the_limit_widens_its_error():
     assert moved > 0.0 and four.error[0] > abs(four.value - three.value)[0] > 0.0
 
 
-def test_edges_that_a_press_opens_are_less_sure():
-    """By c (sink/t)^2 of what their term adds; the limit stays, and a target that is pulled up opens nothing."""
+def test_edges_that_a_press_opens_add_more_and_are_less_sure():
+    """Both by c (sink/t)^2 of what their term adds; a target that is pulled up opens nothing."""
     levels = family("box")
     values = list(LIMIT + levels.terms[:3] @ np.stack([FIRST, SECOND]))
     plain, pressed, pulled = (levels.limit(values, sink=sink) for sink in (0.0, 0.1, -0.1))
-    np.testing.assert_allclose(pressed.value, plain.value)
-    np.testing.assert_allclose(pressed.error - plain.error, 100.0 * 0.1**2 * 0.0625 * np.abs(FIRST), rtol=1e-9)
-    np.testing.assert_allclose(pulled.error, plain.error)
+    more = -50.0 * 0.1**2 * 0.0625 * FIRST
+    np.testing.assert_allclose(pressed.value - plain.value, more, rtol=1e-9)
+    np.testing.assert_allclose(pressed.parts[0] - plain.parts[0], more, rtol=1e-9)
+    np.testing.assert_allclose([pulled.value, pulled.error], [plain.value, plain.error])
 
 
 @pytest.mark.parametrize(("width", "factor"), [(15.0, 1.0), (20.0, 2.0)])
@@ -128,14 +129,17 @@ def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
 
 @pytest.mark.parametrize("level", [2, 3])
 def test_what_a_level_promises_is_what_known_terms_leave(level):
-    """The fourth level, not divided at the edge, leaves what its term adds, and moves by half of what it takes off."""
+    """The fourth level, not divided at the edge, leaves what its term adds.
+
+    Its limit moves by half of what it takes off: so much was wrong inside, and is reduced as what is there.
+    """
     levels = family("box")
     values = list(LIMIT + levels.terms[: level + 1] @ np.stack([FIRST, (level - 2) * SECOND]))
     before, there = levels.limit(values[:level]), levels.limit(values)
     foreseen, own = levels.foreseen(before, level), level - 1
     np.testing.assert_allclose(foreseen.parts[own:2], 0.0)
     taken = 0.0 if level == 2 else np.abs(before.parts[:2]).sum(axis=0) - np.abs(foreseen.parts[:2]).sum(axis=0)
-    np.testing.assert_allclose(foreseen.parts[2], 0.5 * taken, atol=1e-15)
+    np.testing.assert_allclose(foreseen.parts[2], 0.5 * taken * levels.terms[level, 1] / levels.terms[2, 1], atol=1e-15)
     kept = (before if level == 2 else there).parts[0] * (0.25 if level == 2 else 1.0)
     np.testing.assert_allclose(foreseen.parts[0], kept, rtol=1e-9)
     np.testing.assert_allclose(foreseen.error, np.abs(foreseen.parts).sum(axis=0))
