@@ -255,26 +255,34 @@ def _between(loads: Sequence[Wrench], layer: Choice | None, tolerance: float) ->
 
 
 def omissions(
-    sensor: Sensor, chosen: tuple[Choice | None, Choice | None], loads: Sequence[Wrench] = (),
+    sensor: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench] = (),
     answer: tuple[Pose, Impedance] | None = None, *, at_rest: bool = False,
 ) -> tuple[Omission, ...]:
     """Return all that a request leaves out, what it spares without an error as well.
 
-    `chosen` are the models of both halves, None of one that is not asked for; `answer` is what the coils show at a
-    pose; without it they are solved coarsely `at_rest`, or sizes are those estimated beforehand.
+    `chosen` are the models of both halves, or None and that of the coils, at a given pose.
     """
     layer, field = chosen
-    found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
-    if layer is not None:
-        found += mechanical_omissions(sensor, layer.name, loads)
-    if field is None:
-        return tuple(found)
+    given = (Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT),)
+    left_out = given if layer is None else mechanical_omissions(sensor, layer.name, loads)
+    return (*left_out, *magnetic_omissions(sensor, field, loads, answer, at_rest=at_rest))
+
+
+def magnetic_omissions(
+    sensor: Sensor, field: Choice, loads: Sequence[Wrench] = (), answer: tuple[Pose, Impedance] | None = None, *,
+    at_rest: bool = False,
+) -> tuple[Omission, ...]:
+    """Return all that the magnetic model leaves out.
+
+    `answer` is what the coils show at a pose; without it they are solved coarsely `at_rest`, or sizes are those
+    estimated beforehand.
+    """
     question = magnetic_question(sensor, field.tolerance, loads, loaded=bool(loads))
     if answer is not None:
         question = replace(question, pose=answer[0], answer=answer, closely=True)
     elif at_rest:
         question = _at_rest(sensor, question, field)
-    found += MAGNETICS[field.name].leaves_out(sensor, question)
+    found = MAGNETICS[field.name].leaves_out(sensor, question)
     return (*found, *(item for item in field.left_out if item.kind == OmissionKind.FAR))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -236,15 +237,15 @@ def _write(found: Adaptation, output: Path) -> None:
     from sits_mech.analysis.built.corrected import corrected
     from sits_mech.report.folder import prepare_folder
     from sits_mech.report.pictures.built import adaptation_figure
-    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.pictures.style import save_figures
     from sits_mech.report.written import write_calibration
 
     folder = prepare_folder(output)
     sensor, data = corrected(found)
-    warn(*write_calibration(sensor, data, folder, layer=False))  # no layer is solved anew
-    save_figure(adaptation_figure(found), folder / "adapted.png")
+    missed = write_calibration(sensor, data, folder, layer=False)  # no layer is solved anew
+    missed += save_figures(folder, {"adapted": partial(adaptation_figure, found)})
     _write_unit(found, folder / "unit.h")
-    warn(f"written to {folder}")
+    warn(*dict.fromkeys(missed), f"written to {folder}")
 
 
 def _write_unit(found: Adaptation, path: Path) -> None:
@@ -272,15 +273,15 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     from sits_mech.analysis.built.delivered import lot_record
     from sits_mech.report.folder import prepare_folder
     from sits_mech.report.pictures.built import production_figure
-    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.pictures.style import save_figures
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
 
     folder = prepare_folder(output)
     write_text(folder / "lot.json", json_text(lot_record(found.next)) + "\n")
     write_text(folder / "units.csv", _unit_rows(found, record))
-    save_figure(production_figure(found, record), folder / "lot.png")
-    warn(f"written to {folder}")
+    missed = save_figures(folder, {"lot": partial(production_figure, found, record)})
+    warn(*missed, f"written to {folder}")
 
 
 def _unit_rows(found: Production, record: dict[str, Any]) -> str:
