@@ -135,14 +135,14 @@ def simulate(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     began = time.process_time()
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    left_out = mechanical_omissions(sensor, choice.name, [wrench])
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
+        left_out = mechanical_omissions(sensor, choice.name, [wrench])
         shown = simulated(sensor, field, at_rest(sensor, layer, wrench, via, left_out))
         return _flagged(sensor, field, replace(shown, left_out=left_out), tolerance)
-    found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), left_out, best=best)
-    rest = _with(sensor, _of_load(sensor, found.found, wrench, found.back), left_out)
-    shown = replace(simulated(sensor, found.field, rest), left_out=left_out)
+    found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
+    rest = _with(sensor, _of_load(sensor, found.found, wrench, found.back), found.left_out)
+    shown = replace(simulated(sensor, found.field, rest), left_out=found.left_out)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
@@ -248,6 +248,7 @@ class AimedRest(NamedTuple):
 
     found: Equilibrium
     back: Array  # (6, 6), takes the image back to the load
+    left_out: tuple[Omission, ...]  # by the mechanics
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
     planned: Look | None = None  # from the first meshes; None where nothing was planned
@@ -256,24 +257,24 @@ class AimedRest(NamedTuple):
 
 
 def aimed_rest(
-    sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry,
-    left_out: tuple[Omission, ...], *, best: bool = True,
+    sensor: Sensor, wrench: Wrench, mechanics: tuple[MechanicalModel, Choice], magnetics: tuple[str, float],
+    symmetry: Symmetry, *, best: bool = True,
 ) -> AimedRest:
     """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
-    `magnetics` is the model's name as asked for and the tolerance, `left_out` what the layer leaves out; raises as
-    `simulate`.
+    `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
     """
-    name, tolerance = magnetics
+    (layer, choice), (name, tolerance) = mechanics, magnetics
+    left_out = mechanical_omissions(sensor, choice.name, [wrench])
     field, _ = loaded_model(sensor, name, tolerance, [wrench])
     if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
-        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
     start, back = image_at_rest(symmetry, layer.rough, wrench)
     first = _of_load(sensor, start, wrench, back)
     check_clearance(sensor, first.pose)
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
-        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
     numerics, whole = (aim.goal.mechanics(poses_of([each])) for each in (first, _with(sensor, first, left_out)))
     aim = replace(aim, left_out=whole - numerics)
     planned = aim.promised(first, 1)
@@ -283,7 +284,7 @@ def aimed_rest(
     found, _ = image_at_rest(symmetry, finer, wrench, start)
     rest = _of_load(sensor, found, wrench, back)
     error = aim.goal.of(poses_of([rest]))
-    return AimedRest(found, back, aim.field, aim.asked, planned, error, aim.goal)
+    return AimedRest(found, back, left_out, aim.field, aim.asked, planned, error, aim.goal)
 
 
 def at_rest(

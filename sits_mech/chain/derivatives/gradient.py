@@ -28,7 +28,7 @@ from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
-from sits_mech.chain.simulate import Simulation, aimed_rest, mechanical_omissions, simulated
+from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
@@ -160,9 +160,8 @@ def gradient(
     numbers, moving = scene_numbers(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, choice = sloped_model(sensor, mechanics, tolerance, [wrench])
-    left_out = mechanical_omissions(sensor, choice.name, [wrench])
     symmetry = symmetry_kept(sensor, moving)
-    rest = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry, left_out)
+    rest = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry)
     found, back, field = rest.found, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
