@@ -98,7 +98,7 @@ def inductance(
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.plan import omissions
+    from sits_mech.chain.plan import POSE_GIVEN, magnetic_omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
@@ -112,21 +112,18 @@ def inductance(
     except SolveFailed as error:
         return not_converged(error, as_json)
     found = replace(found, report=found.report.judged(tolerance))
-    unsolved = omissions(slowest, (None, choice), (), (pose, found))
+    unsolved = (POSE_GIVEN, *magnetic_omissions(slowest, choice, (), (pose, found)))
+    tables, names = left_out_tables(unsolved), sensor.coil_names
+    report = found.report if data is None else report_of(data.attrs["report"]).judged(tolerance)
     bounded = not any(item.unbounded for item in found.report.left_out)
-    omitted = left_out_tables(unsolved)
-    if data is not None:
-        report = report_of(data.attrs["report"]).judged(tolerance)
+    flags = flags_of(report.estimated_error, tolerance, bounded=bounded)
+    if data is None:
+        seen, missing = at_terminals(sensor, found)
+        tables = [impedance_table(names, found, flags), *tables, terminal_table(names, seen, missing)]
+        record = impedance_record(pose, found, unsolved, seen, more=missing)
+    else:
         data.attrs["report"] = kept_report(report)
-        flags = flags_of(report.estimated_error, tolerance, bounded=bounded)
-        record = spectrum_record(pose, data, unsolved) | status_record(flags)
-        answer(record, [spectrum_table(data), *omitted], as_json)
-        return exit_code_of(flags[:1], accept)
-    flags = flags_of(found.report.estimated_error, tolerance, bounded=bounded)
-    seen, missing = at_terminals(sensor, found)
-    names = sensor.coil_names
-    tables = [impedance_table(names, found, flags), *omitted, terminal_table(names, seen, missing)]
-    record = impedance_record(pose, found, unsolved, seen, more=missing)
+        tables, record = [spectrum_table(data), *tables], spectrum_record(pose, data, unsolved)
     answer(record | status_record(flags), tables, as_json)
     return exit_code_of(flags[:1], accept)
 
