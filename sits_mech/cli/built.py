@@ -121,8 +121,13 @@ def adapt(
     sensor, data = read_calibration(folder)
     prior = known.prior(sensor, data)
     if plan is not None:
-        rig = rig or ("weights" if weights else "stage")
-        return _plan(prior, (plan, rig, weights, step), known.noises, as_json)
+        from sits_mech.analysis.built.load_plan import Bench, plan_loads
+        from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
+
+        rig, at_hand = rig or ("weights" if weights else "stage"), Bench.written(weights, step)
+        chosen = plan_loads(prior, plan, rig, bench=at_hand, **known.noises)
+        answer(adapt_plan_record(chosen), adapt_plan_tables(chosen), as_json)
+        return 0
 
     from sits_mech.analysis.built.grown import grown
     from sits_mech.export.calibrations import adapted_as_read, read_bench
@@ -197,17 +202,6 @@ def lot(
     answer(record, tables.production_tables(record, str(bench)), as_json)
     if output is not None:
         _write_lot(found, record, output)
-    return 0
-
-
-def _plan(prior: Prior, asked: tuple[int, str, str, str | None], noises: dict[str, Any], as_json: bool) -> int:
-    """Answer which loads to read: how many, on which rig, of which weights or multiples of a step."""
-    from sits_mech.analysis.built.load_plan import Bench, plan_loads
-    from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
-
-    count, rig, weights, step = asked
-    chosen = plan_loads(prior, count, rig, bench=Bench.written(weights, step), **noises)
-    answer(adapt_plan_record(chosen), adapt_plan_tables(chosen), as_json)
     return 0
 
 
