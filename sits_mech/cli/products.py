@@ -198,13 +198,13 @@ def design(
         return 0
     if output is None:
         raise SceneError("--output: must be a folder for the answer and solved designs; it is missing")
-    cases = cases_folder(prepare_folder(output))
     if preview:
         with progress_bar("designs") as progress:
-            seen = previewed(asked, folder=cases, told=_teller(progress))
+            seen = previewed(asked, folder=cases_folder(prepare_folder(output)), told=_teller(progress))
         answer(preview_record(seen), [preview_table(seen)], as_json)
         return 0
     with workers(processes) as executor, progress_bar("designs") as progress:
+        cases = cases_folder(prepare_folder(output))
         found = designed(asked, folder=cases, most=most, told=_teller(progress), executor=executor)
     missed = write_design(asked, found, output)
     answer(design_record(found), design_tables(asked, found), as_json)
