@@ -171,6 +171,11 @@ class Omission:
         return "mechanics" if self.relative_to == Relative.DISPLACEMENT else "magnetics"
 
     @property
+    def weighs(self) -> bool:
+        """Whether it counts and changes something, or may."""
+        return self.counts and self.size != 0.0
+
+    @property
     def unbounded(self) -> bool:
         """Whether it counts and has no size."""
         return self.counts and math.isnan(self.size)

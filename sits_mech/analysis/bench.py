@@ -188,9 +188,10 @@ def other_way(idle: str) -> tuple[str, str]:
     return other, f"the readings are rather with idle coils {other} than {idle}: --idle {other}"
 
 
-def convention(sensor: Sensor, read: str = "L at the terminals") -> str:
-    """Return in words what readings of a sensor are."""
-    return f"{read}, idle coils {sensor.readout.idle_coil}"
+def convention(sensor: Sensor, read: str = "L at the terminals", other_idle: str = "") -> str:
+    """Return in words what readings of a sensor are, and what idle coils explain them as well."""
+    alike = f"; {other_idle} ones fit as well" if other_idle else ""
+    return f"{read}, idle coils {sensor.readout.idle_coil}{alike}"
 
 
 def with_terminals(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:

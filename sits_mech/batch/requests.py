@@ -21,7 +21,7 @@ from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
-from sits_mech.chain.simulate import at_rest, beside_omissions, rest_flags, simulate
+from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
@@ -130,8 +130,9 @@ def _pose(variant: Variant, asked: Row) -> Row:
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, [wrench], tolerance)
     numerics = tolerance if chosen.by_name else chosen.tolerance
-    layer = beside_omissions(_mechanical(variant, chosen.name, numerics), sensor, chosen, tolerance, [wrench])
-    found = at_rest(sensor, layer, wrench)
+    left_out = mechanical_omissions(sensor, chosen.name, [wrench])
+    layer = beside_omissions(_mechanical(variant, chosen.name, numerics), chosen, tolerance, left_out)
+    found = at_rest(sensor, layer, wrench, left_out=left_out)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 

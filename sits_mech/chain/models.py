@@ -165,7 +165,7 @@ def _named(half: str, sensor: Sensor, name: str, every: Sequence[Candidate]) -> 
 
 def _taken(own: Candidate, why: Why, every: tuple[Candidate, ...]) -> Choice:
     """Return the choice of a candidate."""
-    counted = tuple(item for item in own.left_out if item.counts and item.size != 0.0)
+    counted = tuple(item for item in own.left_out if item.weighs)
     return Choice(own.model.name, why, every, counted, own.tolerance)
 
 

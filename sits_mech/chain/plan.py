@@ -34,6 +34,7 @@ from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
 
+POSE_GIVEN = Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)
 _HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
 _LOOKED = 5.0  # seconds by counts beyond which a load's first meshes are not solved for its plan
 _AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
@@ -129,7 +130,8 @@ def plan(
     seen = _seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
     steps = tuple(step for step, _ in pairs)
-    left_out = (*omissions(sensor, (layer, field), loads, at_rest=True), *_between(loads, layer, asked))
+    left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads)
+    left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
     notes = (*(seen.notes if isinstance(seen, Look) else ()), *_notes(sensor, loads, seen))
     return Plan(
@@ -254,27 +256,21 @@ def _between(loads: Sequence[Wrench], layer: Choice | None, tolerance: float) ->
     return (Omission(OmissionKind.BETWEEN, tolerance, held=True, numbers=numbers),)
 
 
-def omissions(
-    sensor: Sensor, chosen: tuple[Choice | None, Choice | None], loads: Sequence[Wrench] = (),
-    answer: tuple[Pose, Impedance] | None = None, *, at_rest: bool = False,
+def magnetic_omissions(
+    sensor: Sensor, field: Choice, loads: Sequence[Wrench] = (), answer: tuple[Pose, Impedance] | None = None, *,
+    at_rest: bool = False,
 ) -> tuple[Omission, ...]:
-    """Return all that a request leaves out, what it spares without an error as well.
+    """Return all that a request leaves out of the coils, what it spares without an error as well.
 
-    `chosen` are the models of both halves, None of one that is not asked for; `answer` is what the coils show at a
-    pose; without it they are solved coarsely `at_rest`, or sizes are those estimated beforehand.
+    `answer` is what the coils show at a pose; without it they are solved coarsely `at_rest`, or sizes are those
+    estimated beforehand.
     """
-    layer, field = chosen
-    found = [Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)] if layer is None else []
-    if layer is not None:
-        found += mechanical_omissions(sensor, layer.name, loads)
-    if field is None:
-        return tuple(found)
     question = magnetic_question(sensor, field.tolerance, loads, loaded=bool(loads))
     if answer is not None:
         question = replace(question, pose=answer[0], answer=answer, closely=True)
     elif at_rest:
         question = _at_rest(sensor, question, field)
-    found += MAGNETICS[field.name].leaves_out(sensor, question)
+    found = MAGNETICS[field.name].leaves_out(sensor, question)
     return (*found, *(item for item in field.left_out if item.kind == OmissionKind.FAR))
 
 

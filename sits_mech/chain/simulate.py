@@ -69,6 +69,8 @@ class Simulation:
         What was planned and what was reached; None where nothing was planned.
     flags : tuple of str
         What holds of the answer, worst first, as of `status.flags_of`.
+    left_out : tuple of Omission
+        All that the mechanical model leaves out, what changes nothing as well.
     """
 
     equilibrium: Equilibrium
@@ -76,6 +78,7 @@ class Simulation:
     signals: Signals
     promise: Promise | None = None
     flags: tuple[str, ...] = (OK,)
+    left_out: tuple[Omission, ...] = ()
 
     @property
     def status(self) -> str:
@@ -131,13 +134,15 @@ def simulate(
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     began = time.process_time()
-    layer, _ = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
+    layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
-        return _flagged(sensor, field, simulated(sensor, field, at_rest(sensor, layer, wrench, via)), tolerance)
-    found = aimed_rest(sensor, wrench, layer, (magnetics, tolerance), symmetry_of(sensor), best=best)
-    (rest,) = with_omissions(sensor, [_of_load(sensor, found.found, wrench, found.back)])
-    shown = simulated(sensor, found.field, rest)
+        left_out = mechanical_omissions(sensor, choice.name, [wrench])
+        shown = simulated(sensor, field, at_rest(sensor, layer, wrench, via, left_out))
+        return _flagged(sensor, field, replace(shown, left_out=left_out), tolerance)
+    found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
+    rest = _with(sensor, _of_load(sensor, found.found, wrench, found.back), found.left_out)
+    shown = replace(simulated(sensor, found.field, rest), left_out=found.left_out)
     if found.planned is not None:
         shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
@@ -201,29 +206,28 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
 
     The model is the one called `name`, or that of the first report.
     """
-    counted = counted_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests]) if rests else ()
-    return [_with(sensor, rest, counted) for rest in rests] if counted else list(rests)
-
-
-def counted_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return the omissions of a mechanical model that count under loads; none of a model without a description."""
-    if name not in MECHANICS:
-        return ()
-    return tuple(item for item in mechanical_omissions(sensor, name, loads) if item.counts and item.size != 0.0)
+    if not rests:
+        return []
+    left_out = mechanical_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests])
+    return [_with(sensor, rest, left_out) for rest in rests]
 
 
 def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
-    """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve."""
+    """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve.
+
+    None of a model without a description.
+    """
+    if name not in MECHANICS:
+        return ()
     model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
     return (*model.leaves_out(sensor, question), *bending(sensor, loads, model.least))
 
 
 def beside_omissions(
-    layer: MechanicalModel, sensor: Sensor, choice: Choice, tolerance: float, loads: Sequence[Wrench]
+    layer: MechanicalModel, choice: Choice, tolerance: float, left_out: Sequence[Omission]
 ) -> MechanicalModel:
-    """Return the chosen mechanical model with numerics to what a tolerance leaves beside its omissions under loads."""
-    left_out = sized(item for item in counted_omissions(sensor, choice.name, loads) if not item.held)
-    left = left_beside(left_out, tolerance)
+    """Return the chosen mechanical model with numerics to what a tolerance leaves beside its omissions."""
+    left = left_beside(sized(item for item in left_out if not item.held), tolerance)
     if left == tolerance or not isinstance(layer, RefinedModel):
         return layer
     return layer.towards(None, left if choice.by_name else min(left, choice.tolerance))
@@ -237,7 +241,10 @@ def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> 
 
 
 def _with(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...]) -> Equilibrium:
-    """Return an equilibrium whose error holds omissions."""
+    """Return an equilibrium whose error holds the omissions that count."""
+    left_out = tuple(item for item in left_out if item.weighs)
+    if not left_out:
+        return rest
     parts = omitted_parts(sensor, left_out, rest.pose.components)
     error = Pose.of(rest.error.components + np.abs(parts).sum(axis=0))
     shared = np.concatenate([rest.shared, parts])
@@ -249,6 +256,7 @@ class AimedRest(NamedTuple):
 
     found: Equilibrium
     back: Array  # (6, 6), takes the image back to the load
+    left_out: tuple[Omission, ...]  # by the mechanics
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
     planned: Look | None = None  # from the first meshes; None where nothing was planned
@@ -257,24 +265,25 @@ class AimedRest(NamedTuple):
 
 
 def aimed_rest(
-    sensor: Sensor, wrench: Wrench, layer: MechanicalModel, magnetics: tuple[str, float], symmetry: Symmetry, *,
-    best: bool = True,
+    sensor: Sensor, wrench: Wrench, mechanics: tuple[MechanicalModel, Choice], magnetics: tuple[str, float],
+    symmetry: Symmetry, *, best: bool = True,
 ) -> AimedRest:
     """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
     `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
     """
-    name, tolerance = magnetics
+    (layer, choice), (name, tolerance) = mechanics, magnetics
+    left_out = mechanical_omissions(sensor, choice.name, [wrench])
     field, _ = loaded_model(sensor, name, tolerance, [wrench])
     if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
-        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
     start, back = image_at_rest(symmetry, layer.rough, wrench)
     first = _of_load(sensor, start, wrench, back)
     check_clearance(sensor, first.pose)
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
-        return AimedRest(*image_at_rest(symmetry, layer, wrench), field, tolerance)
-    numerics, whole = (aim.goal.mechanics(poses_of(each)) for each in ([first], with_omissions(sensor, [first])))
+        return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
+    numerics, whole = (aim.goal.mechanics(poses_of([each])) for each in (first, _with(sensor, first, left_out)))
     aim = replace(aim, left_out=whole - numerics)
     planned = aim.promised(first, 1)
     if not best:
@@ -283,22 +292,26 @@ def aimed_rest(
     found, _ = image_at_rest(symmetry, finer, wrench, start)
     rest = _of_load(sensor, found, wrench, back)
     error = aim.goal.of(poses_of([rest]))
-    return AimedRest(found, back, aim.field, aim.asked, planned, error, aim.goal)
+    return AimedRest(found, back, left_out, aim.field, aim.asked, planned, error, aim.goal)
 
 
-def at_rest(sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = ()) -> Equilibrium:
+def at_rest(
+    sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = (),
+    left_out: tuple[Omission, ...] | None = None,
+) -> Equilibrium:
     """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
     A load that leaves the plane is solved as one of its images, as for `calibrate`: by half the pad if that lies in the
     plane. The state of an image is not that of the load, and is left out. `via` are loads passed on the way, for a
-    layer with friction. Raises SceneError where the layer has none, SolveFailed without equilibrium.
+    layer with friction, `left_out` what the layer leaves out of the load, where that is known. Raises SceneError where
+    the layer has no friction, SolveFailed without equilibrium.
     """
     if via:
         found = _along_path(sensor, layer, [*via, wrench])
     else:
         image, back = image_at_rest(symmetry_of(sensor), layer, wrench)
         found = _of_load(sensor, image, wrench, back)
-    return with_omissions(sensor, [found])[0]
+    return with_omissions(sensor, [found])[0] if left_out is None else _with(sensor, found, left_out)
 
 
 def _of_load(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -120,8 +121,13 @@ def adapt(
     sensor, data = read_calibration(folder)
     prior = known.prior(sensor, data)
     if plan is not None:
-        rig = rig or ("weights" if weights else "stage")
-        return _plan(prior, (plan, rig, weights, step), known.noises, as_json)
+        from sits_mech.analysis.built.load_plan import Bench, plan_loads
+        from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
+
+        rig, at_hand = rig or ("weights" if weights else "stage"), Bench.written(weights, step)
+        chosen = plan_loads(prior, plan, rig, bench=at_hand, **known.noises)
+        answer(adapt_plan_record(chosen), adapt_plan_tables(chosen), as_json)
+        return 0
 
     from sits_mech.analysis.built.grown import grown
     from sits_mech.export.calibrations import adapted_as_read, read_bench
@@ -199,17 +205,6 @@ def lot(
     return 0
 
 
-def _plan(prior: Prior, asked: tuple[int, str, str, str | None], noises: dict[str, Any], as_json: bool) -> int:
-    """Answer which loads to read: how many, on which rig, of which weights or multiples of a step."""
-    from sits_mech.analysis.built.load_plan import Bench, plan_loads
-    from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
-
-    count, rig, weights, step = asked
-    chosen = plan_loads(prior, count, rig, bench=Bench.written(weights, step), **noises)
-    answer(adapt_plan_record(chosen), adapt_plan_tables(chosen), as_json)
-    return 0
-
-
 def _checked(found: Adaptation, count: int) -> str:
     """Return in words how far the approximation of a posterior is from its samples."""
     from sits_mech.analysis.built.adaptation import laplace_error
@@ -235,16 +230,16 @@ def _write(found: Adaptation, output: Path) -> None:
     """Write scene, table and pictures of what was found as a calibration."""
     from sits_mech.analysis.built.corrected import corrected
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.pictures.style import save_figures
     from sits_mech.report.plots.built import adaptation_figure
     from sits_mech.report.written import write_calibration
 
     folder = prepare_folder(output)
     sensor, data = corrected(found)
-    warn(*write_calibration(sensor, data, folder, layer=False))  # no layer is solved anew
-    save_figure(adaptation_figure(found), folder / "adapted.png")
+    missed = write_calibration(sensor, data, folder, layer=False)  # no layer is solved anew
+    missed += save_figures(folder, {"adapted": partial(adaptation_figure, found)})
     _write_unit(found, folder / "unit.h")
-    warn(f"written to {folder}")
+    warn(*dict.fromkeys(missed), f"written to {folder}")
 
 
 def _write_unit(found: Adaptation, path: Path) -> None:
@@ -271,7 +266,7 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     """Write what the next units are known by, a row of each unit, and a picture."""
     from sits_mech.analysis.built.delivered import lot_record
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.pictures.style import save_figures
     from sits_mech.report.plots.built import production_figure
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
@@ -279,8 +274,8 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     folder = prepare_folder(output)
     write_text(folder / "lot.json", json_text(lot_record(found.next)) + "\n")
     write_text(folder / "units.csv", _unit_rows(found, record))
-    save_figure(production_figure(found, record), folder / "lot.png")
-    warn(f"written to {folder}")
+    missed = save_figures(folder, {"lot": partial(production_figure, found, record)})
+    warn(*missed, f"written to {folder}")
 
 
 def _unit_rows(found: Production, record: dict[str, Any]) -> str:

@@ -48,11 +48,12 @@ def view(
 
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
-    from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture, picture_path
+    from sits_mech.report.folder import checked_picture
+    from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
-    path, coil = picture_path(output, scene, kind), driven_coil(sensor, driven)
+    path, coil = checked_picture(output or Path(f"{Path(scene).stem}-{kind}.png")), driven_coil(sensor, driven)
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
@@ -203,10 +204,8 @@ def design(
         answer(preview_record(seen), [preview_table(seen)], as_json)
         return 0
     with workers(processes) as executor, progress_bar("designs") as progress:
-        found = designed(
-            asked, folder=cases_folder(prepare_folder(output)), most=most,
-            told=_teller(progress), executor=executor,
-        )
+        cases = cases_folder(prepare_folder(output))
+        found = designed(asked, folder=cases, most=most, told=_teller(progress), executor=executor)
     missed = write_design(asked, found, output)
     answer(design_record(found), design_tables(asked, found), as_json)
     warn(*found.notes, *missed, f"written to {output}")

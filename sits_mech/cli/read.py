@@ -244,8 +244,9 @@ def compare(
     if picture is not None:
         save_figure(comparison_figure(found, names), picture)
         warn(f"written to {picture}")
-    rows = [("readings", convention(read)), *comparison_rows(found)]
-    record = {"convention": convention(read)} | comparison_record(found, names)
+    words = convention(read, other_idle=found.other_idle)
+    rows = [("readings", words), *comparison_rows(found)]
+    record = {"convention": words} | comparison_record(found, names)
     answer(record, [key_table(str(measured), rows)], as_json)
     return 0
 

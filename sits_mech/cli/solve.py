@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -58,8 +59,7 @@ def pose(
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
-    from sits_mech.chain.plan import omissions
-    from sits_mech.chain.simulate import at_rest, beside_omissions, rest_flags
+    from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
@@ -68,14 +68,14 @@ def pose(
     try:
         with solving(sensor, loads, tolerance, mechanics, None):
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
-            layer = beside_omissions(layer, sensor, choice, tolerance, loads[-1:])
-            found = at_rest(sensor, layer, loads[-1], via)
+            left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
+            layer = beside_omissions(layer, choice, tolerance, left_out)
+            found = at_rest(sensor, layer, loads[-1], via, left_out)
     except SolveFailed as error:
         return not_converged(error, as_json)
-    unsolved = omissions(sensor, (choice, None), loads)
     flags = rest_flags(sensor, found, tolerance)
-    tables = [equilibrium_table(found, flags=flags), *left_out_tables(unsolved)]
-    answer(equilibrium_record(found, unsolved) | status_record(flags), tables, as_json)
+    tables = [equilibrium_table(found, flags=flags), *left_out_tables(left_out)]
+    answer(equilibrium_record(found, left_out) | status_record(flags), tables, as_json)
     return exit_code_of(flags[:1], accept)
 
 
@@ -98,7 +98,7 @@ def inductance(
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.plan import omissions
+    from sits_mech.chain.plan import POSE_GIVEN, magnetic_omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
@@ -112,21 +112,18 @@ def inductance(
     except SolveFailed as error:
         return not_converged(error, as_json)
     found = replace(found, report=found.report.judged(tolerance))
-    unsolved = omissions(slowest, (None, choice), (), (pose, found))
+    unsolved = (POSE_GIVEN, *magnetic_omissions(slowest, choice, (), (pose, found)))
+    tables, names = left_out_tables(unsolved), sensor.coil_names
+    report = found.report if data is None else report_of(data.attrs["report"]).judged(tolerance)
     bounded = not any(item.unbounded for item in found.report.left_out)
-    omitted = left_out_tables(unsolved)
-    if data is not None:
-        report = report_of(data.attrs["report"]).judged(tolerance)
+    flags = flags_of(report.estimated_error, tolerance, bounded=bounded)
+    if data is None:
+        seen, missing = at_terminals(sensor, found)
+        tables = [impedance_table(names, found, flags), *tables, terminal_table(names, seen, missing)]
+        record = impedance_record(pose, found, unsolved, seen, more=missing)
+    else:
         data.attrs["report"] = kept_report(report)
-        flags = flags_of(report.estimated_error, tolerance, bounded=bounded)
-        record = spectrum_record(pose, data, unsolved) | status_record(flags)
-        answer(record, [spectrum_table(data), *omitted], as_json)
-        return exit_code_of(flags[:1], accept)
-    flags = flags_of(found.report.estimated_error, tolerance, bounded=bounded)
-    seen, missing = at_terminals(sensor, found)
-    names = sensor.coil_names
-    tables = [impedance_table(names, found, flags), *omitted, terminal_table(names, seen, missing)]
-    record = impedance_record(pose, found, unsolved, seen, more=missing)
+        tables, record = [spectrum_table(data), *tables], spectrum_record(pose, data, unsolved)
     answer(record | status_record(flags), tables, as_json)
     return exit_code_of(flags[:1], accept)
 
@@ -161,7 +158,7 @@ def simulate(
 
     from sits_mech.analysis.spectrum import at_terminals
     from sits_mech.chain.models import Choice
-    from sits_mech.chain.plan import omissions
+    from sits_mech.chain.plan import magnetic_omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
@@ -173,8 +170,8 @@ def simulate(
             found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     except SolveFailed as error:
         return not_converged(error, as_json, True)
-    names = Choice(found.equilibrium.report.model), Choice(found.impedance.report.model)
-    unsolved = omissions(sensor, names, [*via, wrench], (found.equilibrium.pose, found.impedance))
+    field, shown = Choice(found.impedance.report.model), (found.equilibrium.pose, found.impedance)
+    unsolved = (*found.left_out, *magnetic_omissions(sensor, field, [*via, wrench], shown))
     tables = [
         equilibrium_table(found.equilibrium),
         impedance_table(sensor.coil_names, found.impedance),
@@ -234,7 +231,7 @@ def envelope(
     from sits_mech.cli.console import progress_bar
     from sits_mech.report.envelope import envelope_figure, envelope_record, envelope_table
     from sits_mech.report.folder import prepare_folder
-    from sits_mech.report.pictures.style import save_figure
+    from sits_mech.report.pictures.style import save_figures
     from sits_mech.report.records import json_text
     from sits_mech.scene.files import write_text
 
@@ -248,8 +245,8 @@ def envelope(
     answer(record, [envelope_table(found)], as_json)
     if folder is not None:
         write_text(folder / "envelope.json", json_text(record) + "\n")
-        save_figure(envelope_figure(found, sensor.name), folder / "envelope.png")
-        warn(f"written to {folder}")
+        missed = save_figures(folder, {"envelope": partial(envelope_figure, found, sensor.name)})
+        warn(*missed, f"written to {folder}")
     return 0
 
 

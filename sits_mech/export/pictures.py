@@ -8,9 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from sits_mech.export.source import Source, own_folder
-from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.pictures.style import check_drawing, save_figures
 from sits_mech.report.plots.curves import calibration_pictures
-from sits_mech.scene.sensor import SceneError
 
 
 def write_pictures(source: Source, path: Path, form: str) -> tuple[str, ...]:
@@ -18,11 +17,7 @@ def write_pictures(source: Source, path: Path, form: str) -> tuple[str, ...]:
 
     Return one line for each picture that the table has no loads for, and how to draw the layer. Raise SceneError.
     """
+    check_drawing()
     own_folder(path, form, (f".{form}",))
-    notes = []
-    for name, draw in calibration_pictures(source.data).items():
-        try:
-            save_figure(draw(), path / f"{name}.{form}")
-        except SceneError as error:
-            notes.append(f"no picture {name}.{form}: {error}")
+    notes = save_figures(path, calibration_pictures(source.data), form)
     return (*notes, f"the layer under a load: sits-mech view SCENE --fz ... -o layer.{form}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,17 +12,17 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.labels import labelled
-from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.quantities import Wrench
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, pictures_part
 from sits_mech.report.pictures.section import load_view
-from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.pictures.style import save_figures
 from sits_mech.report.plots.design import choice_words, design_pictures
 from sits_mech.report.records import json_text
 from sits_mech.report.tables.design import asked_table, design_record, design_tables
 from sits_mech.report.tables.solves import key_table
 from sits_mech.scene.files import write_text
-from sits_mech.scene.sensor import SceneError, Sensor, save_sensor, scene_text
+from sits_mech.scene.sensor import Sensor, save_sensor, scene_text
 from sits_mech.store import save_table
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.required.requirements import Requirements
@@ -62,13 +63,8 @@ def write_design(asked: Requirements, found: DesignAnswer, folder: Path) -> list
     save_table(data, folder / "designs.nc")
     data.to_dataframe().to_csv(folder / "designs.csv", index=False)
     write_text(folder / "answer.json", json_text(design_record(found)))
-    missed = []
-    for name, draw in design_pictures(asked, found).items():
-        save_figure(draw(), folder / f"{name}.png")
-    try:
-        save_figure(load_view(sensor, worst_load(asked)), folder / "worst_load.png")
-    except (SceneError, SolveFailed) as error:
-        missed.append(f"no picture of the layer under its largest load: {error}")
+    pictures = design_pictures(asked, found) | {"worst_load": partial(load_view, sensor, worst_load(asked))}
+    missed = save_figures(folder, pictures)
     write_text(folder / "report.html", design_page(asked, found, sensor, folder))
     return missed
 

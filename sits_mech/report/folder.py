@@ -13,6 +13,7 @@ import numpy as np
 from sits_mech.arguments import checked_arguments
 from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.readout.loads import LOADS, answered, point
+from sits_mech.report.pictures.style import check_drawing
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor
 from sits_mech.status import ANSWERED, INTERPOLATED, UNFINISHED
 from sits_mech.store import STORE, glance, read_table
@@ -42,7 +43,8 @@ def prepare_folder(folder: Path, *, cases: bool = True) -> Path:
 
 
 def checked_picture(path: Path, option: str = "--output") -> Path:
-    """Return where a picture goes; raise SceneError where its format cannot be drawn or its folder is not there."""
+    """Return where a picture goes; raise SceneError where it cannot be drawn or its folder is not there."""
+    check_drawing()
     if path.suffix not in _FORMATS:
         raise SceneError(f"{option}: must end in {', '.join(_FORMATS)}; got {path.name!r}")
     return checked_file(path, option)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.util import find_spec
+from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ from sits_mech.readout.loads import request_of
 from sits_mech.readout.signals import moves, shown_signals
 from sits_mech.report.left_out import entry
 from sits_mech.report.notes import joined_words, kept_sentences, sentences
-from sits_mech.report.pictures.style import new_figure, save_figure, strokes
+from sits_mech.report.pictures.style import new_figure, save_figures, strokes
 from sits_mech.report.plots.curves import signal_label
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, shown_scale, sizes_of, with_error
@@ -147,7 +147,4 @@ def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
     if "code" in data:
         write_text(folder / "codes.csv", codes_csv(data))
     save_sensor(sensor, folder / "scene.toml")
-    if find_spec("matplotlib") is None:
-        return ["no picture: it needs matplotlib: pip install '.[view]' in a clone"]
-    save_figure(history_curves(data), folder / "history.png")
-    return []
+    return save_figures(folder, {"history": partial(history_curves, data)})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,15 +12,14 @@ import xarray as xr
 from sits_mech.analysis.bench import with_terminals
 from sits_mech.labels import labelled
 from sits_mech.mechanics.loads import kept_key, kept_rest
-from sits_mech.quantities import SolveFailed
 from sits_mech.readout.loads import answered, request_of, varied, wrench_of
 from sits_mech.report.folder import cases_folder
 from sits_mech.report.pictures.section import load_view
-from sits_mech.report.pictures.style import save_figure
+from sits_mech.report.pictures.style import save_figures
 from sits_mech.report.plots.curves import calibration_pictures
 from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.files import write_text
-from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
+from sits_mech.scene.sensor import Sensor, save_sensor
 from sits_mech.store import save_table
 
 if TYPE_CHECKING:
@@ -37,19 +35,12 @@ def write_calibration(sensor: Sensor, data: xr.Dataset, folder: Path, *, layer: 
     save_table(data, folder / "result.nc")
     write_text(folder / "result.csv", csv_text(data))
     save_sensor(sensor, folder / "scene.toml")
-    if find_spec("matplotlib") is None:
-        return ["no pictures: they need matplotlib: pip install '.[view]' in a clone"]
     if not answered(data).any():
         return ["no pictures: no load converged"]
-    pictures, warnings = dict(calibration_pictures(data)), []
+    pictures = calibration_pictures(data)
     if layer:
         pictures["layer"] = partial(_largest_load, sensor, data, folder)
-    for name, draw in pictures.items():
-        try:
-            save_figure(draw(), folder / f"{name}.png")
-        except (SolveFailed, SceneError) as error:
-            warnings.append(f"no picture {name}.png: {error}")
-    return warnings
+    return save_figures(folder, pictures)
 
 
 def _largest_load(sensor: Sensor, data: xr.Dataset, folder: Path) -> Figure:

@@ -16,10 +16,9 @@ from sits_mech.chain.models import (
     Choice,
     Why,
     choose_magnetics,
-    choose_mechanics,
     mechanical_model,
 )
-from sits_mech.chain.plan import PlannedHalf, _at_rest, _better, _notes, _overhang, _seen, omissions, plan
+from sits_mech.chain.plan import PlannedHalf, _at_rest, _better, _notes, _overhang, _seen, magnetic_omissions, plan
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.description import Cost, Description, Question, Refusal
@@ -293,18 +292,16 @@ def test_nothing_is_looked_at_of_many_loads_or_none(monkeypatch: pytest.MonkeyPa
 
 
 def test_omissions_are_those_of_both_halves_and_of_far_conductors() -> None:
-    """Of one half alone where the other is not asked; sizes by an answer where there is one."""
+    """Of the coils alone where a pose is given; sizes by an answer where there is one."""
     far = Omission(K.FAR, 1e-3, bound=True, numbers=(("name", "P"),))
-    layer = choose_mechanics(SENSOR, "linear", [LOAD])
     field = choose_magnetics(SENSOR, "planar", [LOAD], loaded=True)[1]
-    both = omissions(SENSOR, (layer, replace(field, left_out=(*field.left_out, far))), [LOAD])
-    assert kinds(both)[0] == K.FINITE_STRAIN and both[-1] == far and K.PLATE_ENDS in kinds(both)
-    assert {item.half for item in omissions(SENSOR, (layer, None), [LOAD])} == {"mechanics"}
-    given = omissions(SENSOR, (None, field))
-    (ends,) = (item for item in given if item.kind == K.PLATE_ENDS)
-    assert kinds(given)[0] == K.POSE_GIVEN and ends.unbounded
+    both = plan(SENSOR, [LOAD], mechanics="linear", magnetics="planar").left_out
+    assert kinds(both)[0] == K.FINITE_STRAIN and K.PLATE_ENDS in kinds(both)
+    assert magnetic_omissions(SENSOR, replace(field, left_out=(*field.left_out, far)), [LOAD])[-1] == far
+    (ends,) = (item for item in magnetic_omissions(SENSOR, field) if item.kind == K.PLATE_ENDS)
+    assert kinds(plan(SENSOR, magnetics="planar").left_out)[0] == K.POSE_GIVEN and ends.unbounded
     found = planar_bars(SENSOR, 1e-2).impedance(REST, SENSOR.frequency)
-    seen = omissions(SENSOR, (None, field), (), (REST, found))
+    seen = magnetic_omissions(SENSOR, field, (), (REST, found))
     assert next(item.size for item in seen if item.kind == K.PLATE_ENDS) == pytest.approx(0.357, abs=0.01)
 
 

@@ -81,6 +81,7 @@ def test_held_out_loads_come_back_or_the_bench_is_refused(
         assert f"rather with idle coils {idle} than {said or 'shorted'}: --idle {idle}" in capsys.readouterr().err
         return
     assert not (wrong and more)  # a known lead leaves no doubt
+    assert (f"; {idle} ones fit as well" in capsys.readouterr().out) or not wrong  # an unknown one is named
     held = np.delete(np.arange(25), BENCH)
     known = terminal_calibration(*read_calibration(tmp_path / "built"), said)
     found = known.inverse(L[held])

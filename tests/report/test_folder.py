@@ -1,6 +1,7 @@
 """The folder of a calibration: what was written is read back; anything else is refused with one line."""
 
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,22 @@ def test_a_table_of_three_forces_has_what_can_be_drawn(three_forces: Path) -> No
     sensor, data = read_calibration(three_forces)
     assert dict(data.sizes) == {"F_x": 5, "F_z": 4, "F_y": 3, "coil": 2, "coil_2": 2} and float(data["M"]) == 1e-3
     assert {path.name for path in three_forces.glob("*.png")} >= {"L_v.png", "L_h.png", "crosstalk.png"}
+
+
+def test_without_matplotlib_a_folder_has_the_numbers(
+    copied: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With one line in place of pictures; pictures that are asked for are refused before anything is solved."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    sensor, data = read_calibration(copied)
+    for path in copied.glob("*.png"):
+        path.unlink()
+    (said,) = write_calibration(sensor, data, copied)
+    assert said.startswith("no pictures: they need matplotlib") and not list(copied.glob("*.png"))
+    monkeypatch.setattr(BlockPad, "controlled", None)
+    for words in (["cycle", "biorob2018", "--picture"], ["view", "biorob2018", "-o"]):
+        assert run([*words, str(copied / "a.png")]) == 2
+        assert "pictures need matplotlib" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("form", ["csv", "netcdf", "xlsx", "kicad"])

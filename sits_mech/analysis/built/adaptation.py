@@ -125,6 +125,7 @@ class Adaptation:
     freedom: int  # degrees of freedom of that
     before: Array  # readings less what the calibration shows, (m, n) [H]
     posterior: Posterior = field(repr=False)  # of all unknowns, what loads were misread by as well
+    other_idle: str = ""  # what idle coils may be as well: the readings fit both ways
 
     @property
     def deviations(self) -> Array:

@@ -41,6 +41,7 @@ class Comparison:
     predicted: Array  # (m, n), by the scene as it is [H]
     shear_modulus: float  # at small strain, as fitted [Pa]
     map_error: float  # between the table's loads, over each coil's range; 0 for measured poses
+    other_idle: str = ""  # what idle coils may be as well: the readings fit both ways
 
 
 def compare(

@@ -129,8 +129,9 @@ def as_read(
 ) -> Fitted:
     """Return the fit of readings with idle coils as `sensor` has them; `fitted` makes it of what idle coils are.
 
-    `data` is the table that is fitted, None without one. Raises SceneError where the readings of `source` are rather of
-    idle coils the other way, and as `fitted`, then with what else may be wrong, in words.
+    `data` is the table that is fitted, None without one; the fit names what idle coils may be as well. Raises
+    SceneError where the readings of `source` are rather of idle coils the other way, and as `fitted`, then with what
+    else may be wrong, in words.
     """
     own = sensor.readout.idle_coil
     try:
@@ -142,9 +143,12 @@ def as_read(
             raise
         raise SceneError(f"{error}; {said}") from None
     again = _other_fit(sensor, data, fitted)
-    if again is not None and found.fit.chi_square - again.chi_square > _CLEARLY * again.variance:
+    if again is None:
+        return found
+    if found.fit.chi_square - again.chi_square > _CLEARLY * again.variance:
         raise SceneError(f"{source}: {other_way(own)[1]}")
-    return found
+    alike = again.chi_square - found.fit.chi_square <= _CLEARLY * found.fit.variance
+    return replace(found, other_idle=other_way(own)[0]) if alike else found
 
 
 def _other_fit(

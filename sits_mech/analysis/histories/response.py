@@ -25,7 +25,7 @@ from sits_mech.chain.goal import Goal, farthest
 from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
-from sits_mech.chain.simulate import counted_omissions, flags_over, omitted_parts
+from sits_mech.chain.simulate import flags_over, mechanical_omissions, omitted_parts
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
@@ -71,7 +71,8 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     field, by_field = loaded_model(sensor, magnetics, tolerance, history.loads)
     layer, by_layer = taken_layer(sensor, mechanics, tolerance, history, points=points)
-    left_out, names = counted_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
+    every_omission, names = mechanical_omissions(sensor, by_layer.name, history.loads), sensor.coil_names
+    left_out = tuple(item for item in every_omission if item.weighs)
     asked = _Asked(sensor, history.loads, (layer, field), magnetics, tolerance, left_out)
     divided, own = foreseen(history, BETWEEN * tolerance)
     while (answer := asked.solved(divided, own, progress)).more.any():

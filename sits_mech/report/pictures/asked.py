@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 from sits_mech.quantities import Pose, Wrench
-from sits_mech.report.folder import checked_picture
 from sits_mech.scene.sensor import SceneError, Sensor
 
 Kind = Literal["scene", "layer", "field", "spatial"]
@@ -32,11 +30,6 @@ def check_options(kind: Kind, **given: str | None) -> None:
     for name, value in given.items():
         if value is not None and name not in taken:
             raise SceneError(f"--{name}: must be left out with --kind {kind}; got {value}")
-
-
-def picture_path(asked: Path | None, scene: str, kind: Kind) -> Path:
-    """Return where a picture goes; raise SceneError when it is of another format than can be drawn."""
-    return checked_picture(Path(f"{Path(scene).stem}-{kind}.png") if asked is None else asked)
 
 
 def driven_coil(sensor: Sensor, driven: str | None) -> str:

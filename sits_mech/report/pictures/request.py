@@ -11,7 +11,7 @@ from sits_mech.quantities import Pose, Wrench, refuse_out_of_plane
 from sits_mech.report.pictures.asked import Kind
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.section import field_view, load_view
-from sits_mech.report.pictures.spatial import spatial_view
+from sits_mech.report.pictures.spatial import renders, spatial_view
 from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import SceneError, Sensor
 
@@ -35,6 +35,8 @@ def draw(kind: Kind, sensor: Sensor, request: PictureSettings, path: Path) -> No
             raise SceneError("--kind field: must have every coil on y = 0; --kind spatial draws them at any place")
         if refusal := section_refusal(sensor.coils):
             raise SceneError(f"--kind field: {refusal}; --kind spatial draws them all")
+    if kind == "spatial":
+        renders()  # before anything is solved
     if kind == "scene":
         figure = scene_drawing(sensor)
     elif kind == "layer":

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.files import write_bytes
 from sits_mech.scene.sensor import SceneError
 
@@ -31,15 +32,21 @@ _LETTER = np.array([0.05, 0.08])  # of an axis, of a label's letter
 _SIDES = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])  # of a mark, where its label may stand, in order
 _DASHES = ("-", "--", "-.", ":")
 _DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # left out of files
+_MISSING = "need matplotlib: pip install '.[view]' in a clone"
+
+
+def check_drawing() -> None:
+    """Raise SceneError where matplotlib is not installed."""
+    if find_spec("matplotlib") is None:
+        raise SceneError(f"pictures {_MISSING}")
 
 
 @contextmanager
 def paper_style() -> Iterator[None]:
     """Set matplotlib to the style file; raise SceneError when matplotlib is not installed."""
-    try:
-        from matplotlib import rc_context
-    except ImportError:
-        raise SceneError("pictures need matplotlib: pip install '.[view]' in a clone") from None
+    check_drawing()
+    from matplotlib import rc_context
+
     with rc_context(_parameters()):
         yield
 
@@ -128,6 +135,22 @@ def _at_one_place(places: Array) -> list[list[int]]:
             groups.append(same)
         same.append(k)
     return groups
+
+
+def save_figures(folder: Path, pictures: Mapping[str, Callable[[], Figure]], form: str = "png") -> list[str]:
+    """Draw pictures and write them to a folder by name; return one line for each that cannot be drawn.
+
+    Without matplotlib there is one line in place of all.
+    """
+    if find_spec("matplotlib") is None:
+        return [f"no pictures: they {_MISSING}"]
+    missed = []
+    for name, draw in pictures.items():
+        try:
+            save_figure(draw(), folder / f"{name}.{form}")
+        except (SolveFailed, SceneError) as error:
+            missed.append(f"no picture {name}.{form}: {error}")
+    return missed
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -44,7 +44,7 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
         for name, value, deviation in zip(found.names, found.values, found.deviations, strict=True) if name in known
     }
     return {
-        "convention": convention(prior.sensor),
+        "convention": convention(prior.sensor, other_idle=found.other_idle),
         "unknowns": unknowns,
         "alike": [list(pair) for pair in _alike(found)],
         "p_value": found.p_value,

@@ -91,7 +91,7 @@ def _model_cells(each: Candidate) -> tuple[str, ...]:
     """Return the cells of a model."""
     if each.cost is None:
         return each.model.name, "-", "", "", "", str(each.refusal)
-    counted = [item for item in each.left_out if item.counts and item.size != 0.0]
+    counted = [item for item in each.left_out if item.weighs]
     parts = (f"{item.kind} {item.size:.1g} of {RELATIVE[item.relative_to]}" for item in counted if not item.unbounded)
     left = "; ".join([*(f"{item.kind}: no size" for item in counted if item.unbounded), *parts])
     error = "not bounded" if math.isnan(each.error) else f"{each.error:.2g}"

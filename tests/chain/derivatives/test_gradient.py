@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.derivatives.gradient import Gradient, gradient, symmetry_kept
+from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.simulate import aimed_rest, simulate
 from sits_mech.magnetics.slopes import slopes
-from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
 from sits_mech.scene.parameters import parameter
@@ -104,7 +104,8 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
 def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     """All of them by a star: minus the derivative by d_h of the pose, which stays; the sum signal with it."""
     found = gradient(sensor, LOAD, ("coils.*.centre.0", "elastomer.thickness"), **PLANE)
-    rest = aimed_rest(sensor, LOAD, planar_layer(sensor, 1e-2), ("planar", 1e-2), symmetry_of(sensor))
+    layer = mechanical_model(sensor, "planar", 1e-2, [LOAD])
+    rest = aimed_rest(sensor, LOAD, layer, ("planar", 1e-2), symmetry_of(sensor))
     pose, field = found.simulation.equilibrium.pose, rest.field
     by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
     for own, expected in ((found.L, by_pose.L), (found.R, by_pose.R)):
