@@ -37,7 +37,8 @@ def read_record(path: str | Path, given: Sizes | None = None, *, timed: bool = T
     pulls = read_pulls(path, given or Sizes(), "a readable test over time", timed)
     if len(pulls) > 1:
         raise ValueError(f"{path}: must hold one specimen; got {len(pulls)}")
-    _, strain, stress, time, *_ = pulls[0]
+    mode, strain, stress, time, *_ = pulls[0]
+    strain, stress = (-strain, -stress) if mode == "compression" else (strain, stress)
     if len(strain) < _LEAST:
         raise ValueError(f"{path}: must hold at least {_LEAST} rows of numbers; got {len(strain)}")
     timed, time = time is not None, np.arange(float(len(strain))) if time is None else time

@@ -5,7 +5,8 @@ Columns are known by their words (`words`) and units, whatever else the file hol
     strain    engineering strain; stretch, less one; true strain, e = exp(e_true) - 1; displacement over the length
     stress    engineering stress; true stress over 1 + e (incompressible); force over the area
 
-of pulls and, by stretches (l, 1, 1/l) with strain l - 1/l and stress P/(1 + l^-2), of simple shear;
+of pulls and, by stretches (l, 1, 1/l) with strain l - 1/l and stress P/(1 + l^-2), of simple shear; of compression,
+by its words or by strain and stress below zero, whose stretch l^-2 under -P l^3 is biaxial tension l under P;
 of specimens side by side (each stress with its strain) or one below the other (names that come again, or a strain that
 falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
 
@@ -40,8 +41,8 @@ _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and w
 class Sizes:
     """Sizes of a specimen, None where its file says them: free length [m], area [m^2]; and slack, a strain.
 
-    `mode` is that of columns that say none: "uniaxial", "planar", "biaxial" or "shear". `also` are files of other
-    modes, (mode, path) each, that are read with the first.
+    `mode` is that of columns that say none: "uniaxial", "planar", "biaxial", "shear" or "compression". `also` are files
+    of other modes, (mode, path) each, that are read with the first.
     """
 
     length: float | None = None
@@ -72,7 +73,10 @@ class TensileTest:
 
 
 class Pull(NamedTuple):
-    """Rows of a specimen as they stand: mode, (n,) engineering strain, stress [Pa], time [s] or none, and columns."""
+    """Rows of a specimen: mode, (n,) engineering strain, stress [Pa], time [s] or none, and columns.
+
+    Strain and stress are above zero in the mode "compression", too.
+    """
 
     mode: str
     strain: Array
@@ -91,7 +95,7 @@ def read_tensile(path: str | Path, given: Sizes | None = None) -> TensileTest:
     given = given or Sizes()
     files = [(path, given), *((file, replace(given, mode=mode)) for mode, file in given.also)]
     tests = [
-        _test(one, str(file), by.slack) for file, by in files
+        _as_tension(_test(one, str(file), by.slack)) for file, by in files
         for pull in read_pulls(file, by, "a readable tensile test") for one in _one_by_one(pull)
     ]
     order = ("uniaxial", "planar", "biaxial")
@@ -109,7 +113,7 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
     found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
         above |= specimen_sizes(table.above)
-        pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given)))
+        pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given), given.mode))
         found += [pull for pull in pulls if not timed or pull.time is not None]
     if not found:
         names = ", ".join(column.title for column in tables[0][0].columns)
@@ -136,8 +140,8 @@ def _refuse(path: str | Path, what: str) -> None:
     raise ValueError(f'{path}: {must} "Strain (%)" and "Stress (MPa)"; got {names_found(path, what)}')
 
 
-def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float]) -> list[Pull]:
-    """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`."""
+def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float], asked: str) -> list[Pull]:
+    """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`, in the asked mode."""
     found, usable = list[Pull](), _usable(known)
     times = [one for one in usable if one.kind == "time"]
     for mode in dict.fromkeys(one.mode for one in usable):
@@ -146,7 +150,7 @@ def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float]) -> li
             stresses = stresses if strains else []
             strains = [_left_of(stress, strains)[0] for stress in stresses]
         for strain, stress in zip(strains, stresses, strict=True):
-            found.append(_pull(table, (strain, stress, *_left_of(stress, times)), own))
+            found.append(_pull(table, (strain, stress, *_left_of(stress, times)), own, asked))
     return found
 
 
@@ -166,17 +170,23 @@ def _left_of(stress: Quantity, known: list[Quantity]) -> list[Quantity]:
     return [one for one in known if one.column.place < stress.column.place][-1:] or known[:1]
 
 
-def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float]) -> Pull:
+def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float], asked: str) -> Pull:
     """Return a specimen by its columns (strain, stress, and time if any): engineering strain and stress [Pa]."""
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
     strain, stress, *_ = taken
+    mode = strain.mode
+    if mode == "uniaxial" and (asked == "compression" or strain.pressed or stress.pressed):
+        mode, s = "compression", -s * np.sign(s.sum())
+        e = e if strain.kind == "stretch" else -e * np.sign(e.sum())
     e = _engineering_strain(e, strain, table.source, own)
     if stress.kind != "stress":
         s = s / (1.0 + e if stress.kind == "true_stress" else _size(table.source, stress, "area", own))
     made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
     notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
-    return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
+    if mode == "compression" or (mode == "uniaxial" and s.sum() < 0.0 and np.max(e, initial=0.0) <= -_NONE * e.sum()):
+        mode, e, s = "compression", -e, -s
+    return Pull(mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
 
 
 def _in_mode(pull: Pull, asked: str) -> Pull:
@@ -247,6 +257,25 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     return TensileTest(
         strain[taken] - slack, stress[taken], source, pull.mode, (), tuple(notes), slack, left_out, pull.columns
     )
+
+
+def _as_tension(test: TensileTest) -> TensileTest:
+    """Return compression as the biaxial tension of the same states; any other test as it is."""
+    if test.mode != "compression":
+        return test
+    if not np.all(test.strain < 1.0):
+        raise ValueError(f"{test.source}: compression must be below 100 % of the length; got {test.strain[-1]:.3g}")
+
+    def turned(strain: Array, stress: Array) -> Array:
+        """Return strain and stress across, (2, n)."""
+        stretch = 1.0 / np.sqrt(1.0 - np.minimum(strain, 1.0 - 1e-9))
+        return np.stack([stretch - 1.0, stress * stretch**-3])
+
+    strain, stress = turned(test.strain, test.stress)
+    what = f"compression by {100.0 * test.strain[-1]:.3g} % is taken as the biaxial tension that it is between plates"
+    note = f"{what} without friction (bonded ones: stiffer by a factor of some 1 + 2 S^2, S = diameter / 4 heights)"
+    left_out = None if test.left_out is None else turned(*test.left_out)
+    return replace(test, strain=strain, stress=stress, mode="biaxial", notes=(*test.notes, note), left_out=left_out)
 
 
 def _slack(strain: Array, stress: Array) -> float:

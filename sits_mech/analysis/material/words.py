@@ -34,12 +34,12 @@ _WORDS = {
     ),
     ("stress",): "stress σ spannung nennspannung zugspannung druckspannung contrainte esfuerzo 応力",
     ("stress", "force"): "tension tensión effort",
-    ("force",): "force f load kraft standardkraft prüfkraft zugkraft last charge fuerza carga 試験力 荷重 力",
+    ("force",): "force f load kraft standardkraft prüfkraft zugkraft druckkraft last charge fuerza carga 試験力 荷重 力",
 }
 """What a word may stand for, most likely first."""
 _KINDS = {plain(word): kinds for kinds, words in _WORDS.items() for word in words.split()}
 _PASSED = {plain(word) for word in (
-    "engineering nominal tensile technical uniaxial axial average corrected standard absolute displacement crosshead "
+    "engineering nominal tensile technical uniaxial axial average corrected standard absolute compressive compresión displacement crosshead "
     "extensometer machine technische nominelle nominale en traction de tracción ingenieril unitaria longitudinal "
     "ingénierie conventionnelle uniaxiale composite"
 ).split()}
@@ -51,7 +51,8 @@ _MODES = {
     "planar": "planar", "pure shear": "planar", "equibiaxial": "biaxial", "equi biaxial": "biaxial",
     "biaxial": "biaxial", "uniaxial": "uniaxial", "simple shear": "shear", "shear": "shear",
 }
-_JAPANESE = re.compile(r"公称|工学|引張り?|一軸|標準|最大(?=点)")
+_JAPANESE = re.compile(r"公称|工学|引張り?|圧縮|一軸|標準|最大(?=点)")
+_PRESSED = re.compile(r"compres|stauchung|druck|圧縮")
 _MARK = re.compile(r"(?:\b(?:specimen|sample|probe|test|eprouvette|probeta)\b|試験片)?\s*#?\d+\b|[()\[\]]|\bratio\b")
 _SIZES = {
     "length": "length gaugelength gagelength gripseparation messlänge anfangsmesslänge einspannlänge longueur "
@@ -72,6 +73,7 @@ class Quantity(NamedTuple):
     kind: str
     factor: float
     column: Column
+    pressed: bool = False  # its words say compression
 
 
 def quantities(columns: Sequence[Column]) -> list[Quantity]:
@@ -84,12 +86,16 @@ def _quantity(column: Column) -> Quantity | None:
     text = plain(_JAPANESE.sub("", column.name).replace("真", "true "))
     mode = next((name for name in _MODES if text.startswith(f"{name} ")), "")
     words = _MARK.sub(" ", text.removeprefix(mode)).split()
-    kinds = next((_KINDS[word] for word in words if word in _KINDS), None)
-    if kinds is None or not {*words} <= _READ:
+    kinds = [kind for word in words for kind in _KINDS.get(word, ())]
+    if not kinds or not {*words} <= _READ:
         return None
     if _TRUE & {*words}:
-        kinds = tuple(f"true_{kind}" for kind in kinds if kind in ("strain", "stress"))
-    known = [Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column) for kind in kinds]
+        kinds = [f"true_{kind}" for kind in kinds if kind in ("strain", "stress")]
+    pressed = bool(_PRESSED.search(column.name))
+    known = [
+        Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column, pressed)
+        for kind in kinds
+    ]
     return next(iter(sorted(known, key=lambda one: math.isnan(one.factor))), None)
 
 

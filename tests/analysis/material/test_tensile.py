@@ -1,5 +1,6 @@
 """Files of test machines: read by content, in any order, unit and separator; else refused in one line."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +140,26 @@ def test_specimens_are_fitted_together_and_their_spread_is_said(beside: bool, tm
     fit = fit_law(read_tensile(path), "yeoh")
     assert fit.constants == pytest.approx(YEOH, rel=1e-5) and fit.modes == ("uniaxial",)
     assert "3 uniaxial specimens" in fit.notes[0] and "0.7 to 1.3 of the mean (standard deviation 30 %)" in fit.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "columns"),
+    [
+        ("Compressive strain (%),Compressive stress (kPa)", lambda e, p: (1e2 * e, 1e-3 * p)),
+        ("Stauchung;Druckspannung\n%;kPa", lambda e, p: (1e2 * e, 1e-3 * p)),
+        ("strain,stress (Pa)", lambda e, p: (-e, -p)),
+        ("stretch,stress (Pa)", lambda e, p: (1.0 - e, -p)),
+        ("true compressive strain,true compressive stress (Pa)", lambda e, p: (-np.log1p(-e), p * (1.0 - e))),
+        ("Length,25,mm\nArea,24,mm^2\nCompression (mm),Load (N)", lambda e, p: (1e3 * LENGTH * e, AREA * p)),
+    ],
+)
+def test_compression_is_no_pull(head: str, columns: Callable[..., tuple[np.ndarray, ...]], tmp_path: Path) -> None:
+    """Of two specimens, one below the other, by words or by signs: the law of the same states; a pull is none."""
+    strain = np.linspace(0.01, 0.4, 40)
+    path = _table(tmp_path, head, 2 * [columns(strain, -engineering_stress("yeoh", YEOH, -strain))])
+    fit = fit_law(read_tensile(path), "yeoh")
+    assert fit.constants == pytest.approx(YEOH, rel=1e-3) and fit.modes == ("biaxial",)
+    assert any("compression by 40 % is taken as the biaxial tension" in note for note in fit.notes)
 
 
 def test_unloading_is_left_out_and_offered_to_softening(tmp_path: Path) -> None:
