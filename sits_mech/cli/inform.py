@@ -178,7 +178,7 @@ def fit(
     tensile: Annotated[Path | None, Parameter(help="File of a test machine: strain and stress.")] = None, *,
     relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time: gives prony.")] = None,
     cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading: gives mullins.")] = None,
-    mode: Annotated[list[str] | None, Parameter(help="Another test, MODE=FILE: planar, biaxial, shear or compression.")] = None,
+    mode: Annotated[list[str] | None, Parameter(help="Other tests: planar, biaxial, shear, compression=FILE.")] = None,
     law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
     length: Annotated[str | None, Parameter(help='Free length of the specimen, "25 mm", for displacements.')] = None,
     area: Annotated[str | None, Parameter(help='Area of its section, "24 mm^2", for forces.')] = None,

@@ -12,6 +12,10 @@ Jacobian, s the residual's deviation, W the squared weights:
 
     (J^T J)^-1 (J^T W J) (J^T J)^-1 s^2 n / n_independent,    n_independent = 2 (runs of one sign of the residual) <= n
 
+and where there are several specimens k, r_k their residuals, s that of each with constants of its own beside
+
+    n/(n - 1) sum_k d_k d_k^T,    d_k = (J^T J)^-1 J_k^T r_k,    k = 1..n (of the same strains: their mean's variance)
+
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
 10 (1973) 413, for unknowns of which some are linear; H. White, Econometrica 48 (1980) 817, for the covariance.
 """
@@ -75,7 +79,7 @@ def _fit_linear(law: Law, fit: LinearFit, points: MeasuredPoints) -> Answer:
     free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
     free = size[:, None] * free
     residual = matrix @ answer - points.stress
-    widths = half_widths(matrix @ free, free, residual, points.weight)
+    widths = half_widths(matrix @ free, free, residual, points.weight, points.specimen)
     return Answer(
         constants=dict(zip(names, (float(value) for value in answer), strict=True)),
         confidence=dict(zip(names, widths, strict=True)),
@@ -160,7 +164,8 @@ def _fit_terms(law: Law, fit: TermFit, points: MeasuredPoints, terms: int) -> An
     constants, held = fit.constants(m, x), fit.held(x, reach)
     residual = state_stress(law.name, constants, points.stretches) - points.stress
     free = np.eye(2 * terms)[:, np.r_[np.ones(terms, dtype=bool), ~held]]
-    widths = half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
+    slopes = _slopes(law, constants, points.stretches) @ free
+    widths = half_widths(slopes, free, residual, points.weight, points.specimen)
     return Answer(
         constants=constants,
         confidence=_like(constants, widths),
@@ -223,13 +228,20 @@ def _rms(residual: Array, points: MeasuredPoints) -> float:
     return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
 
 
-def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
+def half_widths(
+    slopes: Array, free: Array, residual: Array, weight: Array, specimen: Array | None = None
+) -> list[float | None]:
     """Return 95 % half-widths of constants, None for one the data do not determine.
 
     `slopes` (n, k): derivatives of the stress by k unknowns; `free` (constants, k): of the constants by these; residual
-    and root weight (n,).
+    and root weight (n,), specimen of each point (n,).
     """
     count, unknowns = slopes.shape
+    each = [] if specimen is None else [specimen == k for k in range(int(specimen.max()) + 1)]
+    together = residual
+    if len(each) > 1:
+        own = [np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0] for one in each]
+        residual = np.concatenate([residual[one] - slopes[one] @ by for one, by in zip(each, own, strict=True)])
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
@@ -242,6 +254,10 @@ def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> l
     spread = np.sum(residual**2 * weight**2) / np.sum(weight**2) * count / (independent - unknowns)
     change = free / size @ inverse * weight
     deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
+    if len(each) > 1:
+        apart = np.stack([change[:, one] @ together[one] for one in each])
+        most = student.ppf(0.975, len(each) - 1) * np.sqrt(len(each) / (len(each) - 1))
+        deviation = np.hypot(deviation, most * np.linalg.norm(apart, axis=0))
     return [float(value) if value > 0.0 else None for value in deviation]
 
 

@@ -34,14 +34,16 @@ _WORDS = {
     ),
     ("stress",): "stress σ spannung nennspannung zugspannung druckspannung contrainte esfuerzo 応力",
     ("stress", "force"): "tension tensión effort",
-    ("force",): "force f load kraft standardkraft prüfkraft zugkraft druckkraft last charge fuerza carga 試験力 荷重 力",
+    ("force",): (
+        "force f load kraft standardkraft prüfkraft zugkraft druckkraft last charge fuerza carga 試験力 荷重 力"
+    ),
 }
 """What a word may stand for, most likely first."""
 _KINDS = {plain(word): kinds for kinds, words in _WORDS.items() for word in words.split()}
 _PASSED = {plain(word) for word in (
-    "engineering nominal tensile technical uniaxial axial average corrected standard absolute compressive compresión displacement crosshead "
-    "extensometer machine technische nominelle nominale en traction de tracción ingenieril unitaria longitudinal "
-    "ingénierie conventionnelle uniaxiale composite"
+    "engineering nominal tensile compressive technical uniaxial axial average corrected standard absolute displacement "
+    "crosshead extensometer machine technische nominelle nominale en traction compresión de tracción ingenieril "
+    "unitaria longitudinal ingénierie conventionnelle uniaxiale composite"
 ).split()}
 _TRUE = {plain(word) for word in (
     "true logarithmic log hencky cauchy wahre logarithmische vraie rationnelle real verdadera verdadero logarítmica"

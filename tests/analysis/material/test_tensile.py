@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import Sizes, read_tensile
@@ -139,6 +140,8 @@ def test_specimens_are_fitted_together_and_their_spread_is_said(beside: bool, tm
         path = _table(tmp_path, head, [(PULL, 1e-3 * factor * STRESS) for factor in factors])
     fit = fit_law(read_tensile(path), "yeoh")
     assert fit.constants == pytest.approx(YEOH, rel=1e-5) and fit.modes == ("uniaxial",)
+    width = student.ppf(0.975, 2) * np.std(factors, ddof=1) / np.sqrt(3)  # of their mean
+    assert fit.confidence == pytest.approx({name: width * value for name, value in YEOH.items()}, rel=1e-3)
     assert "3 uniaxial specimens" in fit.notes[0] and "0.7 to 1.3 of the mean (standard deviation 30 %)" in fit.notes[0]
 
 
