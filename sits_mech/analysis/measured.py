@@ -117,7 +117,8 @@ class Measured:
         if len(wrong):
             row, coil = wrong[0]
             came = f"{self.L[row, coil]:g} H of coil {coil + 1} in row {row + 1} of {len(self.L)}"
-            raise SceneError(f"{self.source}: must hold inductances above 0 and below 0.01 H, in H where no unit is; got {came}")
+            must = "must hold inductances above 0 and below 0.01 H, in H where no unit is"
+            raise SceneError(f"{self.source}: {must}; got {came}")
 
 
 def read_measured(

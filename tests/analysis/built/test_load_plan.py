@@ -75,5 +75,5 @@ def test_what_is_no_inductance_is_refused_at_once(prior: Prior) -> None:
     for wrong in (np.nan, 0.0, -1e-6, 2.3):
         L = prior.bench(LOADS).model(prior.start[None])[0]
         L[2, 1] = wrong
-        with pytest.raises(SceneError, match=r"bench: must hold .*, in H where no unit is; got \S+ H of coil 2 in row 3"):
+        with pytest.raises(SceneError, match=r"bench: .*, in H where no unit is; got \S+ H of coil 2 in row 3"):
             adapt(prior, Measured(LOADS, L, "bench"))
