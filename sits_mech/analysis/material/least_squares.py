@@ -237,11 +237,8 @@ def half_widths(
     and root weight (n,), specimen of each point (n,).
     """
     count, unknowns = slopes.shape
-    each = [] if specimen is None else [specimen == k for k in range(int(specimen.max()) + 1)]
-    together = residual
-    if len(each) > 1:
-        own = [np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0] for one in each]
-        residual = np.concatenate([residual[one] - slopes[one] @ by for one, by in zip(each, own, strict=True)])
+    specimen = np.zeros(count, dtype=np.int64) if specimen is None else specimen
+    together, residual = residual, _of_its_own(slopes, residual, weight, specimen)
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
@@ -254,11 +251,25 @@ def half_widths(
     spread = np.sum(residual**2 * weight**2) / np.sum(weight**2) * count / (independent - unknowns)
     change = free / size @ inverse * weight
     deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
-    if len(each) > 1:
-        apart = np.stack([change[:, one] @ together[one] for one in each])
-        most = student.ppf(0.975, len(each) - 1) * np.sqrt(len(each) / (len(each) - 1))
-        deviation = np.hypot(deviation, most * np.linalg.norm(apart, axis=0))
+    deviation = np.hypot(deviation, _apart(change * together, specimen))
     return [float(value) if value > 0.0 else None for value in deviation]
+
+
+def _of_its_own(slopes: Array, residual: Array, weight: Array, specimen: Array) -> Array:
+    """Return the residuals of specimens, each by constants of its own; those of one alone as they are."""
+    found = residual.copy()
+    for one in (specimen == k for k in range(specimen.max() + 1) if specimen.any()):
+        found[one] -= slopes[one] @ np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0]
+    return found
+
+
+def _apart(change: Array, specimen: Array) -> Array:
+    """Return 95 % half-widths of constants by the changes (constants, n) that points of several specimens make."""
+    count = int(specimen.max()) + 1
+    if count == 1:
+        return np.zeros(len(change))
+    each = np.linalg.norm(change @ np.eye(count)[specimen], axis=1)
+    return np.asarray(student.ppf(0.975, count - 1) * np.sqrt(count / (count - 1)) * each)
 
 
 def _like(constants: Constants, numbers: Sequence[_T]) -> dict[str, _T | tuple[_T, ...]]:

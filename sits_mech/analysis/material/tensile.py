@@ -35,6 +35,11 @@ _MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain
 _MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
 _LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
+_NOTES = {
+    "shear": "simple shear is taken as the planar tension that it is, turned",
+    "compression": "compression is taken as the biaxial tension that it is between plates without friction (bonded "
+    "ones: stiffer by a factor of some 1 + 2 S^2, S = diameter / 4 heights)",
+}
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,7 @@ def read_tensile(path: str | Path, given: Sizes | None = None) -> TensileTest:
     given = given or Sizes()
     files = [(path, given), *((file, replace(given, mode=mode)) for mode, file in given.also)]
     tests = [
-        _as_tension(_test(one, str(file), by.slack)) for file, by in files
+        _test(one, str(file), by.slack) for file, by in files
         for pull in read_pulls(file, by, "a readable tensile test") for one in _one_by_one(pull)
     ]
     order = ("uniaxial", "planar", "biaxial")
@@ -113,7 +118,7 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
     found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
         above |= specimen_sizes(table.above)
-        pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given), given.mode))
+        pulls = _pulls(table, known, _sizes(above, given), given.mode)
         found += [pull for pull in pulls if not timed or pull.time is not None]
     if not found:
         names = ", ".join(column.title for column in tables[0][0].columns)
@@ -175,29 +180,34 @@ def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float], as
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
     strain, stress, *_ = taken
-    mode = strain.mode
-    if mode == "uniaxial" and (asked == "compression" or strain.pressed or stress.pressed):
-        mode, s = "compression", -s * np.sign(s.sum())
-        e = e if strain.kind == "stretch" else -e * np.sign(e.sum())
+    mode = _mode(strain, stress, asked)
+    if mode == "compression":  # whichever sign it is written by
+        e, s = e * (1.0 if strain.kind == "stretch" else -np.sign(e.sum())), -s * np.sign(s.sum())
     e = _engineering_strain(e, strain, table.source, own)
     if stress.kind != "stress":
         s = s / (1.0 + e if stress.kind == "true_stress" else _size(table.source, stress, "area", own))
     made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
     notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
-    if mode == "compression" or (mode == "uniaxial" and s.sum() < 0.0 and np.max(e, initial=0.0) <= -_NONE * e.sum()):
-        mode, e, s = "compression", -e, -s
-    return Pull(mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
+    columns = f"{strain.column.title}; {stress.column.title}"
+    return _upright(Pull(mode, e, s, t[0] if t else None, columns, notes), table.source)
 
 
-def _in_mode(pull: Pull, asked: str) -> Pull:
-    """Return a specimen of columns that say no mode in the one that is asked; simple shear as planar tension."""
-    mode = asked if pull.mode == "uniaxial" else pull.mode
-    if mode != "shear":
-        return pull._replace(mode=mode)
-    stretch = 0.5 * (pull.strain + np.hypot(pull.strain, 2.0))  # turned, silicone/homogeneous.py
-    notes = (*pull.notes, "simple shear is taken as the planar tension that it is, turned")
-    stress = pull.stress * (1.0 + stretch**-2)
-    return pull._replace(mode="planar", strain=stretch - 1.0, stress=stress, notes=notes)
+def _mode(strain: Quantity, stress: Quantity, asked: str) -> str:
+    """Return the mode of two columns: by their words, else as it is asked."""
+    said = "compression" if strain.pressed or stress.pressed else asked
+    return said if strain.mode == "uniaxial" else strain.mode
+
+
+def _upright(pull: Pull, source: str) -> Pull:
+    """Return compression, and what lies below zero without a word of it, as compression above zero."""
+    e, s = pull.strain, pull.stress
+    below = pull.mode == "uniaxial" and s.sum() < 0.0 and np.max(e, initial=0.0) <= -_NONE * e.sum()
+    if not below and pull.mode != "compression":
+        return pull
+    if not np.min(e, initial=0.0) > -1.0:
+        must = f"{pull.columns}: must be of compression below 100 %, with its unit"
+        raise ValueError(f"{source}: {must}; got up to {-100.0 * e.min():.4g} %")
+    return pull._replace(mode="compression", strain=-e, stress=-s)
 
 
 def _engineering_strain(e: Array, of: Quantity, source: str, own: dict[str, float]) -> Array:
@@ -253,29 +263,21 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     if back.max() > 0.1 * strain[:end].max():
         what = f"{len(strain) - np.count_nonzero(taken)} of {len(strain)} rows are left out: strain goes back"
         notes.append(f"{what}; unloading after rising peaks gives softening by --cyclic")
-    left_out = np.stack([strain[~taken] - slack, stress[~taken]])
-    return TensileTest(
-        strain[taken] - slack, stress[taken], source, pull.mode, (), tuple(notes), slack, left_out, pull.columns
-    )
+    if pull.mode in _NOTES:
+        notes.append(_NOTES[pull.mode])
+    (mode, e, s), (_, *rest) = (_as_tension(pull.mode, strain[k] - slack, stress[k]) for k in (taken, ~taken))
+    return TensileTest(e, s, source, mode, (), tuple(notes), slack, np.stack(rest), pull.columns)
 
 
-def _as_tension(test: TensileTest) -> TensileTest:
-    """Return compression as the biaxial tension of the same states; any other test as it is."""
-    if test.mode != "compression":
-        return test
-    if not np.all(test.strain < 1.0):
-        raise ValueError(f"{test.source}: compression must be below 100 % of the length; got {test.strain[-1]:.3g}")
-
-    def turned(strain: Array, stress: Array) -> Array:
-        """Return strain and stress across, (2, n)."""
-        stretch = 1.0 / np.sqrt(1.0 - np.minimum(strain, 1.0 - 1e-9))
-        return np.stack([stretch - 1.0, stress * stretch**-3])
-
-    strain, stress = turned(test.strain, test.stress)
-    what = f"compression by {100.0 * test.strain[-1]:.3g} % is taken as the biaxial tension that it is between plates"
-    note = f"{what} without friction (bonded ones: stiffer by a factor of some 1 + 2 S^2, S = diameter / 4 heights)"
-    left_out = None if test.left_out is None else turned(*test.left_out)
-    return replace(test, strain=strain, stress=stress, mode="biaxial", notes=(*test.notes, note), left_out=left_out)
+def _as_tension(mode: str, strain: Array, stress: Array) -> tuple[str, Array, Array]:
+    """Return shear as the planar, compression as the biaxial tension of the same states; other modes as they are."""
+    if mode == "shear":
+        stretch = 0.5 * (strain + np.hypot(strain, 2.0))  # turned, silicone/homogeneous.py
+        return "planar", stretch - 1.0, stress * (1.0 + stretch**-2)
+    if mode == "compression":
+        stretch = 1.0 / np.sqrt(1.0 - strain)
+        return "biaxial", stretch - 1.0, stress * stretch**-3
+    return mode, strain, stress
 
 
 def _slack(strain: Array, stress: Array) -> float:

@@ -52,6 +52,7 @@ def test_a_cyclic_test_may_have_no_time(tmp_path):
         ("time (m);engineering strain;engineering stress (Pa)", (TIME, STRAIN, STRESS), r'must have the column "Time'),
         ("time;engineering strain;engineering stress (Pa)", (-TIME, STRAIN, STRESS), "time must rise; got 0 s and"),
         ("time;engineering strain;engineering stress (Pa)", (TIME // 2, STRAIN, STRESS), "time must rise"),
+        ("time;shear strain;shear stress (Pa)", (TIME, STRAIN, STRESS), "must be a uniaxial test, .*; got shear"),
         ("time;stretch;engineering stress (Pa)", (TIME, STRAIN, STRESS), "strain must be above -1; got -1"),
         ("time;engineering strain;engineering stress (Pa)", (TIME[:5], STRAIN[:5], STRESS[:5]), "8 rows.*got 5"),
     ],
@@ -59,6 +60,12 @@ def test_a_cyclic_test_may_have_no_time(tmp_path):
 def test_what_is_no_test_is_refused(tmp_path, names, columns, message):
     with pytest.raises(ValueError, match=message):
         read_record(file(tmp_path, names, np.column_stack(columns)))
+
+
+def test_compression_is_below_zero(tmp_path):
+    path = file(tmp_path, "Time;Compressive strain;Compressive stress (Pa)", np.column_stack([TIME, STRAIN, STRESS]))
+    found = read_record(path)
+    assert found.strain == pytest.approx(-STRAIN) and found.stress == pytest.approx(-STRESS)
 
 
 def test_a_file_that_is_not_there(tmp_path):
