@@ -44,21 +44,6 @@ def _written(folder: Path, head: str, separator: str = ";", scale: float = 1e-6,
     return path
 
 
-@pytest.mark.parametrize(
-    ("head", "separator", "scale"),
-    [
-        ("PARAMETER;INFO\nSpeed;450\n\nTime (s);Engineering Strain;Engineering Stress (MPa)", ";", 1e-6),
-        ("time,engineering strain (-),ENGINEERING STRESS (kPa)", ",", 1e-3),
-        ("a\tb\nc\nTime\tEngineering Strain\tEngineering Stress (Pa)", "\t", 1.0),
-    ],
-)
-def test_reading_goes_by_content(tmp_path: Path, head: str, separator: str, scale: float) -> None:
-    """Any length of header, three separators, three units; the break at the end is left out."""
-    test = read_tensile(_written(tmp_path, head, separator, scale))
-    assert test.strain[-1] == pytest.approx(STRAIN[44])
-    assert fit_law(test, "neo-hookean").constants["shear_modulus"] == pytest.approx(30e3, rel=1e-12)
-
-
 @pytest.mark.parametrize(("separator", "quote", "mark"), [(";", "", ","), (",", '"', "."), ("\t", '"', ",")])
 def test_every_row_of_a_spreadsheet_is_read(tmp_path: Path, separator: str, quote: str, mark: str) -> None:
     """Decimal commas where no comma separates, cells in quotes, a row of units below the names."""
