@@ -163,11 +163,6 @@ class Fitted:
     cyclic: CyclicFit | None
 
     @property
-    def branches(self) -> int:
-        """Number of branches of the relaxation test."""
-        return 0 if self.relaxation is None else len(self.relaxation.prony)
-
-    @property
     def table(self) -> dict[str, Any]:
         """Known keys of a material table; none of the tests shows a bulk modulus."""
         silicone = _silicone(self.fit, self.relaxation, self.cyclic)
@@ -216,8 +211,8 @@ def fit_tests(
 
     found = fitted(test)
     pull = cycles if tensile is None or test is None else _pull(tensile, test, given or Sizes())
-    found = found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
-    return _compared(found, max_strain)
+    relaxes = found.relaxation is not None and found.relaxation.prony
+    return _compared(_settled(fitted, found, pull) if pull and pull.timed and relaxes else found, max_strain)
 
 
 def _compared(found: Fitted, max_strain: float) -> Fitted:

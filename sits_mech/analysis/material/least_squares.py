@@ -229,7 +229,7 @@ def _rms(residual: Array, points: MeasuredPoints) -> float:
 
 
 def half_widths(
-    slopes: Array, free: Array, residual: Array, weight: Array, specimen: Array | None = None
+    slopes: Array, free: Array, residual: Array, weight: Array, specimen: Array | int = 0
 ) -> list[float | None]:
     """Return 95 % half-widths of constants, None for one the data do not determine.
 
@@ -237,8 +237,10 @@ def half_widths(
     and root weight (n,), specimen of each point (n,).
     """
     count, unknowns = slopes.shape
-    specimen = np.zeros(count, dtype=np.int64) if specimen is None else specimen
-    together, residual = residual, _of_its_own(slopes, residual, weight, specimen)
+    specimen, together, residual = np.broadcast_to(specimen, count), residual, residual.copy()
+    several = int(specimen.max(initial=0))
+    for one in np.equal.outer(np.arange(several + 1), specimen) if several else ():
+        residual[one] -= slopes[one] @ np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0]
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
@@ -251,25 +253,10 @@ def half_widths(
     spread = np.sum(residual**2 * weight**2) / np.sum(weight**2) * count / (independent - unknowns)
     change = free / size @ inverse * weight
     deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
-    deviation = np.hypot(deviation, _apart(change * together, specimen))
+    if several:
+        apart = np.linalg.norm((change * together) @ np.eye(several + 1)[specimen], axis=1)
+        deviation = np.hypot(deviation, student.ppf(0.975, several) * np.sqrt(1.0 + 1.0 / several) * apart)
     return [float(value) if value > 0.0 else None for value in deviation]
-
-
-def _of_its_own(slopes: Array, residual: Array, weight: Array, specimen: Array) -> Array:
-    """Return the residuals of specimens, each by constants of its own; those of one alone as they are."""
-    found = residual.copy()
-    for one in (specimen == k for k in range(specimen.max() + 1) if specimen.any()):
-        found[one] -= slopes[one] @ np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0]
-    return found
-
-
-def _apart(change: Array, specimen: Array) -> Array:
-    """Return 95 % half-widths of constants by the changes (constants, n) that points of several specimens make."""
-    count = int(specimen.max()) + 1
-    if count == 1:
-        return np.zeros(len(change))
-    each = np.linalg.norm(change @ np.eye(count)[specimen], axis=1)
-    return np.asarray(student.ppf(0.975, count - 1) * np.sqrt(count / (count - 1)) * each)
 
 
 def _like(constants: Constants, numbers: Sequence[_T]) -> dict[str, _T | tuple[_T, ...]]:

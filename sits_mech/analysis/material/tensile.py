@@ -78,10 +78,7 @@ class TensileTest:
 
 
 class Pull(NamedTuple):
-    """Rows of a specimen: mode, (n,) engineering strain, stress [Pa], time [s] or none, and columns.
-
-    Strain and stress are above zero in the mode "compression", too.
-    """
+    """Rows of a specimen: mode, (n,) engineering strain, stress [Pa] (compression above zero), time [s], columns."""
 
     mode: str
     strain: Array
@@ -180,22 +177,17 @@ def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float], as
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
     strain, stress, *_ = taken
-    mode = _mode(strain, stress, asked)
+    said = "compression" if strain.pressed or stress.pressed else asked
+    mode = said if strain.mode == "uniaxial" else strain.mode
     if mode == "compression":  # whichever sign it is written by
         e, s = e * (1.0 if strain.kind == "stretch" else -np.sign(e.sum())), -s * np.sign(s.sum())
     e = _engineering_strain(e, strain, table.source, own)
     if stress.kind != "stress":
         s = s / (1.0 + e if stress.kind == "true_stress" else _size(table.source, stress, "area", own))
-    made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
+    made_of = [one.column.title for one in taken[:2] if one.kind not in ("strain", "stress")]
     notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
     columns = f"{strain.column.title}; {stress.column.title}"
     return _upright(Pull(mode, e, s, t[0] if t else None, columns, notes), table.source)
-
-
-def _mode(strain: Quantity, stress: Quantity, asked: str) -> str:
-    """Return the mode of two columns: by their words, else as it is asked."""
-    said = "compression" if strain.pressed or stress.pressed else asked
-    return said if strain.mode == "uniaxial" else strain.mode
 
 
 def _upright(pull: Pull, source: str) -> Pull:

@@ -33,10 +33,8 @@ _WORDS = {
         "desplazamiento carrera posición 変位 ストローク"
     ),
     ("stress",): "stress σ spannung nennspannung zugspannung druckspannung contrainte esfuerzo 応力",
-    ("stress", "force"): "tension tensión effort",
-    ("force",): (
-        "force f load kraft standardkraft prüfkraft zugkraft druckkraft last charge fuerza carga 試験力 荷重 力"
-    ),
+    ("stress", "force"): "tension tensión effort druckkraft",
+    ("force",): "force f load kraft standardkraft prüfkraft zugkraft last charge fuerza carga 試験力 荷重 力",
 }
 """What a word may stand for, most likely first."""
 _KINDS = {plain(word): kinds for kinds, words in _WORDS.items() for word in words.split()}
@@ -75,7 +73,11 @@ class Quantity(NamedTuple):
     kind: str
     factor: float
     column: Column
-    pressed: bool = False  # its words say compression
+
+    @property
+    def pressed(self) -> bool:
+        """Whether its words say compression."""
+        return bool(_PRESSED.search(self.column.name))
 
 
 def quantities(columns: Sequence[Column]) -> list[Quantity]:
@@ -93,11 +95,7 @@ def _quantity(column: Column) -> Quantity | None:
         return None
     if _TRUE & {*words}:
         kinds = [f"true_{kind}" for kind in kinds if kind in ("strain", "stress")]
-    pressed = bool(_PRESSED.search(column.name))
-    known = [
-        Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column, pressed)
-        for kind in kinds
-    ]
+    known = [Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column) for kind in kinds]
     return next(iter(sorted(known, key=lambda one: math.isnan(one.factor))), None)
 
 
