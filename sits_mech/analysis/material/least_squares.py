@@ -150,14 +150,14 @@ def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
 
 def _fit_terms(law: Law, fit: TermFit, points: MeasuredPoints, terms: int) -> Answer:
     """Fit a law of one or several terms; fewer where the data do not determine more."""
-    scale, reach = points.scale, float(points.excess.max())
+    reach = float(points.excess.max())
     shapes = fit.starts(reach)
     shapes = shapes[shapes >= fit.tension_alone] if points.tension_alone else shapes
     starts = _starts(_columns(law, fit, points.stretches, shapes), points, terms)
     found = [_refined(law, fit, points, shapes[chosen]) for chosen in starts]
     m, x, _ = min(found, key=lambda answer: answer[2])
     order = np.argsort(x)
-    m, x = m[order] * scale, x[order]
+    m, x = m[order] * points.scale, x[order]
     if terms > 1 and ((m <= _NO_TERM * m.sum()).any() or (np.diff(x) < _ONE_TERM).any()):
         fewer = _fit_terms(law, fit, points, terms - 1)
         return replace(fewer, notes=(*fewer.notes, f"the data determine no {terms} terms"))
@@ -216,10 +216,10 @@ def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
     """Return the derivatives of the stress by each constant, in order, shape (n, numbers)."""
     numbers = np.concatenate([np.atleast_1d(value) for value in constants.values()])
     found = []
-    for k, step in enumerate(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
-        ways = [numbers + way * step * np.eye(len(numbers))[k] for way in (1.0, -1.0)]
+    for step in np.diag(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
+        ways = numbers + step, numbers - step
         up, down = (state_stress(law.name, _like(constants, way.tolist()), stretches) for way in ways)
-        found.append((up - down) / (2.0 * step))
+        found.append((up - down) / (2.0 * step.sum()))
     return np.stack(found, axis=1)
 
 
@@ -238,8 +238,9 @@ def half_widths(
     """
     count, unknowns = slopes.shape
     specimen, together, residual = np.broadcast_to(specimen, count), residual, residual.copy()
-    several = int(specimen.max(initial=0))
-    for one in np.equal.outer(np.arange(several + 1), specimen) if several else ():
+    several = int(specimen.max())
+    for k in range(several and several + 1):
+        one = specimen == k
         residual[one] -= slopes[one] @ np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0]
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)

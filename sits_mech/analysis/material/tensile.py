@@ -37,8 +37,7 @@ _LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
 _NOTES = {
     "shear": "simple shear is taken as the planar tension that it is, turned",
-    "compression": "compression is taken as the biaxial tension that it is between plates without friction (bonded "
-    "ones: stiffer by a factor of some 1 + 2 S^2, S = diameter / 4 heights)",
+    "compression": "compression is taken as the biaxial tension that it is between plates without friction",
 }
 
 
