@@ -112,12 +112,13 @@ class Measured:
     coded: bool = False  # whether inductances are of codes
 
     def check(self) -> None:
-        """Raise SceneError for an inductance that is none: nan, zero, or below."""
-        wrong = np.argwhere(~(self.L > 0.0))
+        """Raise SceneError for an inductance that is none of such coils: nan, zero or below, or 10 mH and more."""
+        wrong = np.argwhere(~((self.L > 0.0) & (self.L < 0.01)))
         if len(wrong):
             row, coil = wrong[0]
             came = f"{self.L[row, coil]:g} H of coil {coil + 1} in row {row + 1} of {len(self.L)}"
-            raise SceneError(f"{self.source}: must hold inductances above 0; got {came}")
+            must = "must hold inductances above 0 and below 0.01 H, in H where no unit is"
+            raise SceneError(f"{self.source}: {must}; got {came}")
 
 
 def read_measured(

@@ -53,11 +53,11 @@ def windings(board: Board) -> tuple[CoilCandidate, ...]:
 
 
 def hint(board: Board) -> str:
-    """Return what looks like a coil, in words for the end of a message."""
-    found = windings(board)
+    """Return what looks like a coil and can be taken, in words for the end of a message."""
+    found = [each for each in windings(board) if not each.refusal]
     more = f" and {len(found) - FEW} more" if len(found) > FEW else ""
     listed = ", ".join(each.text for each in found[:FEW]) + more
-    return f"what looks like a coil: {listed}" if found else "nothing of its copper looks like a coil"
+    return f"what looks like a coil: {listed}" if found else "no single path of its copper looks like a coil"
 
 
 def _winding(board: Board, number: float, piece: Joints, line: Array) -> CoilCandidate:

@@ -167,8 +167,8 @@ def explain(
 def _of_mode(text: str) -> tuple[str, str]:
     """Return mode and file of "MODE=FILE", or refuse them."""
     mode, _, file = text.partition("=")
-    if mode not in ("planar", "biaxial", "shear") or not file:
-        raise SceneError(f"--mode: must be planar=FILE, biaxial=FILE or shear=FILE; got {text}")
+    if mode not in ("planar", "biaxial", "shear", "compression") or not file:
+        raise SceneError(f"--mode: must be planar=FILE, biaxial=FILE, shear=FILE or compression=FILE; got {text}")
     check_readable(Path(file), f"a readable {mode} test")
     return mode, file
 
@@ -178,7 +178,7 @@ def fit(
     tensile: Annotated[Path | None, Parameter(help="File of a test machine: strain and stress.")] = None, *,
     relaxation: Annotated[Path | None, Parameter(help="Ramp and hold over time: gives prony.")] = None,
     cyclic: Annotated[Path | None, Parameter(help="Rising peaks with unloading: gives mullins.")] = None,
-    mode: Annotated[list[str] | None, Parameter(help="Another test, MODE=FILE: planar, biaxial or shear.")] = None,
+    mode: Annotated[list[str] | None, Parameter(help="Other tests: planar, biaxial, shear, compression=FILE.")] = None,
     law: str = "yeoh", max_strain: float = 1.0, terms: Annotated[int, Parameter(help="Number of Ogden terms.")] = 2,
     length: Annotated[str | None, Parameter(help='Free length of the specimen, "25 mm", for displacements.')] = None,
     area: Annotated[str | None, Parameter(help='Area of its section, "24 mm^2", for forces.')] = None,
@@ -191,9 +191,9 @@ def fit(
 
     The file has rows of numbers below a row of names, in any order, in English, German, French, Spanish or Japanese:
     strain, stretch or displacement, stress or force, with units in brackets or in a row below; "planar strain",
-    "biaxial ..." and "shear ..." for other tests, or --mode biaxial=FILE for files of their own. Tests over time have
-    "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one. --show says and with -o
-    draws what of a tensile file is taken, and fits nothing.
+    "biaxial ...", "shear ..." and "compressive ..." for other tests, or --mode biaxial=FILE for files of their own.
+    Tests over time have "time (s)" too. Without a tensile test the law is fitted to the envelope of the cyclic one.
+    --show says and with -o draws what of a tensile file is taken, and fits nothing.
 
     Example: sits-mech fit tensile.csv --law yeoh --max-strain 1.0 --relaxation hold.csv --cyclic cycles.csv -o fit.png
     """

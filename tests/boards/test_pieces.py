@@ -76,13 +76,15 @@ def test_drawn_copper_goes_with_the_net_of_its_pads(draw: Any) -> None:
     assert len(of_net(board, "L1").tracks) == 4 and windings(board)[0].take == "--net=L1"
     with pytest.raises(SceneError, match="--footprint"):
         of_footprint(board, "J9")
-    branched = read_board(draw.board([*drawn, draw.pad("1", LOOP[0]), draw.line((10, 10), (15, 10))]))
-    (found,) = windings(branched)
+    branched = draw.board([*drawn, draw.pad("1", LOOP[0]), draw.line((10, 10), (15, 10))])
+    (found,) = windings(read_board(branched))
     assert re.match("must be one path without branches; got 3 tracks that meet at .10.0000, 10.0000. mm", found.refusal)
+    with pytest.raises(SceneError, match="no single path of its copper looks like a coil"):  # and is not offered again
+        board_scene(branched, Selection(places=(found.take.removeprefix("--at="),)))
 
 
 def test_nothing_looks_like_a_coil(draw: Any) -> None:
     """A board without tracks, and one with a bend."""
     for items in ([], draw.lines([(0, 0), (5, 0), (5, 5)], net="0")):
-        with pytest.raises(SceneError, match="must name a coil.*; nothing of its copper looks like a coil"):
+        with pytest.raises(SceneError, match="must name a coil.*; no single path of its copper looks like a coil"):
             board_scene(draw.board(items), Selection())

@@ -6,7 +6,6 @@ import pytest
 
 from sits_mech.boards.sexpr import parse_expression
 from sits_mech.boards.stackup import permittivity, stack
-from sits_mech.boards.versions import copper_layers
 from sits_mech.units import SceneError
 
 
@@ -35,13 +34,6 @@ def test_without_a_stackup_evenly(draw: Any) -> None:
     layers, notes = stack(parse_expression(draw.board([]).read_text()), "board")
     assert [layer.z for layer in layers.values()] == pytest.approx([-17.5e-6, -1.5825e-3], abs=1e-12)
     assert len(notes) == 1 and "copper of 35 um assumed on F.Cu, B.Cu, 1.565 mm apart" in notes[0]
-
-
-def test_layers_from_the_top_down_whatever_their_numbers() -> None:
-    """KiCad 9 numbers them otherwise than KiCad 7, the names stay."""
-    layers = '(0 "F.Cu" signal) (2 "B.Cu" signal) (22 "In10.Cu" signal) (6 "In2.Cu" signal)'
-    tree = parse_expression(f"(kicad_pcb (layers {layers}))")
-    assert tuple(copper_layers(tree).values()) == ("F.Cu", "In2.Cu", "In10.Cu", "B.Cu")
 
 
 @pytest.mark.parametrize(

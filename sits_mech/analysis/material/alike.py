@@ -54,7 +54,7 @@ class LawWithConstants(NamedTuple):
 def as_good(points: MeasuredPoints) -> tuple[LawWithConstants, ...]:
     """Return the laws that fit points within a pad's strains as well as the best, by their residuals."""
     near = points.excess <= max(REACH, np.sort(points.excess)[_LEAST - 1])
-    points = MeasuredPoints(points.stretches[near], points.stress[near], points.weight[near])
+    points = MeasuredPoints(points.stretches[near], points.stress[near], points.weight[near], points.specimen[near])
     tries = [(law, terms) for law in LAWS.values() for terms in ((1, 2) if law.lists else (1,))]
     fits = [(fit_constants(law, points, terms), law) for law, terms in tries]
     found = sorted(

@@ -18,9 +18,10 @@ list of x are solved for m >= 0, the best few refined.
 
 Confidence: 95 % half-widths from the Jacobian. The residual of a law is systematic misfit that varies slowly, not
 noise; so a run of residuals of one sign counts as two independent points, however densely it was sampled. (With noise
-that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, 93 to 95 with white noise.) A
-constant that a condition holds, or that the data do not determine, has none. Of one pull history and volume change are
-neglected, and strain taken from crosshead travel includes what the grips let through.
+that stays for eight points at a time, 90 to 93 in 100 such intervals held the truth, 93 to 95 with white noise.) Where
+each mode has several specimens, what they differ by is added, by Student's t of their number. A constant that a
+condition holds, or that the data do not determine, has none. Of one pull history and volume change are neglected, and
+strain taken from crosshead travel includes what the grips let through.
 
 The constants of a material are those of slow load. A pull is quick: where a relaxation test is beside it, the stresses
 of the law are multiplied by what that test shows of them after a long time, its ``factor``. The softening is then
@@ -116,12 +117,15 @@ def _used(test: TensileTest, max_strain: float) -> TensileTest:
 
 def _points(tests: list[TensileTest]) -> MeasuredPoints:
     """Return the states of all tests in one row."""
+    modes = [test.mode for test in tests]
+    several = min(map(modes.count, modes)) > 1
     return MeasuredPoints(
         stretches=np.vstack([principal_stretches(test.mode, 1.0 + test.strain) for test in tests]),
         stress=np.concatenate([test.stress for test in tests]),
         weight=np.concatenate([
-            _weights(test.strain) / np.sqrt(sum(one.mode == test.mode for one in tests)) for test in tests
+            _weights(test.strain) / np.sqrt(modes.count(test.mode)) for test in tests
         ]),
+        specimen=np.repeat(np.arange(len(tests)) * several, [len(test.strain) for test in tests]),
     )
 
 
@@ -157,11 +161,6 @@ class Fitted:
     fit: Fit | None  # constants as the pull shows them
     relaxation: Relaxation | None
     cyclic: CyclicFit | None
-
-    @property
-    def branches(self) -> int:
-        """Number of branches of the relaxation test."""
-        return 0 if self.relaxation is None else len(self.relaxation.prony)
 
     @property
     def table(self) -> dict[str, Any]:
@@ -212,8 +211,8 @@ def fit_tests(
 
     found = fitted(test)
     pull = cycles if tensile is None or test is None else _pull(tensile, test, given or Sizes())
-    found = found if pull is None or not pull.timed or not found.branches else _settled(fitted, found, pull)
-    return _compared(found, max_strain)
+    relaxes = found.relaxation is not None and found.relaxation.prony
+    return _compared(_settled(fitted, found, pull) if pull and pull.timed and relaxes else found, max_strain)
 
 
 def _compared(found: Fitted, max_strain: float) -> Fitted:

@@ -12,6 +12,10 @@ Jacobian, s the residual's deviation, W the squared weights:
 
     (J^T J)^-1 (J^T W J) (J^T J)^-1 s^2 n / n_independent,    n_independent = 2 (runs of one sign of the residual) <= n
 
+and where there are several specimens k, r_k their residuals, s that of each with constants of its own beside
+
+    n/(n - 1) sum_k d_k d_k^T,    d_k = (J^T J)^-1 J_k^T r_k,    k = 1..n (of the same strains: their mean's variance)
+
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974); G. H. Golub, V. Pereyra, SIAM J. Numer. Anal.
 10 (1973) 413, for unknowns of which some are linear; H. White, Econometrica 48 (1980) 817, for the covariance.
 """
@@ -75,7 +79,7 @@ def _fit_linear(law: Law, fit: LinearFit, points: MeasuredPoints) -> Answer:
     free = np.linalg.svd(held)[2][np.linalg.matrix_rank(held, 1e-3) :].T if len(held) else np.eye(len(names))
     free = size[:, None] * free
     residual = matrix @ answer - points.stress
-    widths = half_widths(matrix @ free, free, residual, points.weight)
+    widths = half_widths(matrix @ free, free, residual, points.weight, points.specimen)
     return Answer(
         constants=dict(zip(names, (float(value) for value in answer), strict=True)),
         confidence=dict(zip(names, widths, strict=True)),
@@ -146,21 +150,22 @@ def _columns(law: Law, fit: TermFit, stretches: Array, shapes: Array) -> Array:
 
 def _fit_terms(law: Law, fit: TermFit, points: MeasuredPoints, terms: int) -> Answer:
     """Fit a law of one or several terms; fewer where the data do not determine more."""
-    scale, reach = points.scale, float(points.excess.max())
+    reach = float(points.excess.max())
     shapes = fit.starts(reach)
     shapes = shapes[shapes >= fit.tension_alone] if points.tension_alone else shapes
     starts = _starts(_columns(law, fit, points.stretches, shapes), points, terms)
     found = [_refined(law, fit, points, shapes[chosen]) for chosen in starts]
     m, x, _ = min(found, key=lambda answer: answer[2])
     order = np.argsort(x)
-    m, x = m[order] * scale, x[order]
+    m, x = m[order] * points.scale, x[order]
     if terms > 1 and ((m <= _NO_TERM * m.sum()).any() or (np.diff(x) < _ONE_TERM).any()):
         fewer = _fit_terms(law, fit, points, terms - 1)
         return replace(fewer, notes=(*fewer.notes, f"the data determine no {terms} terms"))
     constants, held = fit.constants(m, x), fit.held(x, reach)
     residual = state_stress(law.name, constants, points.stretches) - points.stress
     free = np.eye(2 * terms)[:, np.r_[np.ones(terms, dtype=bool), ~held]]
-    widths = half_widths(_slopes(law, constants, points.stretches) @ free, free, residual, points.weight)
+    slopes = _slopes(law, constants, points.stretches) @ free
+    widths = half_widths(slopes, free, residual, points.weight, points.specimen)
     return Answer(
         constants=constants,
         confidence=_like(constants, widths),
@@ -211,10 +216,10 @@ def _slopes(law: Law, constants: Constants, stretches: Array) -> Array:
     """Return the derivatives of the stress by each constant, in order, shape (n, numbers)."""
     numbers = np.concatenate([np.atleast_1d(value) for value in constants.values()])
     found = []
-    for k, step in enumerate(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
-        ways = [numbers + way * step * np.eye(len(numbers))[k] for way in (1.0, -1.0)]
+    for step in np.diag(_STEP * np.where(numbers == 0.0, 1.0, np.abs(numbers))):
+        ways = numbers + step, numbers - step
         up, down = (state_stress(law.name, _like(constants, way.tolist()), stretches) for way in ways)
-        found.append((up - down) / (2.0 * step))
+        found.append((up - down) / (2.0 * step.sum()))
     return np.stack(found, axis=1)
 
 
@@ -223,13 +228,20 @@ def _rms(residual: Array, points: MeasuredPoints) -> float:
     return float(np.sqrt(np.average(residual**2, weights=points.weight**2)))
 
 
-def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> list[float | None]:
+def half_widths(
+    slopes: Array, free: Array, residual: Array, weight: Array, specimen: Array | int = 0
+) -> list[float | None]:
     """Return 95 % half-widths of constants, None for one the data do not determine.
 
     `slopes` (n, k): derivatives of the stress by k unknowns; `free` (constants, k): of the constants by these; residual
-    and root weight (n,).
+    and root weight (n,), specimen of each point (n,).
     """
     count, unknowns = slopes.shape
+    specimen, together, residual = np.broadcast_to(specimen, count), residual, residual.copy()
+    several = int(specimen.max())
+    for k in range(several and several + 1):
+        one = specimen == k
+        residual[one] -= slopes[one] @ np.linalg.lstsq(slopes[one] * weight[one, None], (residual * weight)[one])[0]
     runs = 1 + int(np.count_nonzero(np.diff(np.sign(residual))))
     independent = min(count, 2 * runs)
     size = np.linalg.norm(slopes * weight[:, None], axis=0)
@@ -242,6 +254,9 @@ def half_widths(slopes: Array, free: Array, residual: Array, weight: Array) -> l
     spread = np.sum(residual**2 * weight**2) / np.sum(weight**2) * count / (independent - unknowns)
     change = free / size @ inverse * weight
     deviation = np.sqrt(spread * (change**2).sum(axis=1)) * student.ppf(0.975, independent - unknowns)
+    if several:
+        apart = np.linalg.norm((change * together) @ np.eye(several + 1)[specimen], axis=1)
+        deviation = np.hypot(deviation, student.ppf(0.975, several) * np.sqrt(1.0 + 1.0 / several) * apart)
     return [float(value) if value > 0.0 else None for value in deviation]
 
 

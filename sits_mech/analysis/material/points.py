@@ -18,6 +18,7 @@ class MeasuredPoints:
     stretches: Array  # principal, (n, 3)
     stress: Array  # engineering, (n,) [Pa]
     weight: Array  # square root of the weight, (n,)
+    specimen: Array  # of each point, 0, 1, ... (n,); all 0 where a mode has one alone
 
     @property
     def scale(self) -> float:

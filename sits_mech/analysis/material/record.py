@@ -37,14 +37,17 @@ def read_record(path: str | Path, given: Sizes | None = None, *, timed: bool = T
     pulls = read_pulls(path, given or Sizes(), "a readable test over time", timed)
     if len(pulls) > 1:
         raise ValueError(f"{path}: must hold one specimen; got {len(pulls)}")
-    _, strain, stress, time, *_ = pulls[0]
+    mode, strain, stress, time, *_ = pulls[0]
+    sign = {"uniaxial": 1.0, "compression": -1.0}.get(mode)
+    if sign is None:
+        raise ValueError(f"{path}: must be a uniaxial test, a pull or compression; got {mode}")
     if len(strain) < _LEAST:
         raise ValueError(f"{path}: must hold at least {_LEAST} rows of numbers; got {len(strain)}")
     timed, time = time is not None, np.arange(float(len(strain))) if time is None else time
     if not np.all(np.diff(time) > 0.0):
         back = int(np.argmin(np.diff(time) > 0.0))
         raise ValueError(f"{path}: time must rise; got {time[back]:g} s and then {time[back + 1]:g} s")
-    if not np.all(strain > -1.0):
+    if not np.all(sign * strain > -1.0):
         raise ValueError(f"{path}: strain must be above -1; got {strain.min():g}")
     slack = (given or Sizes()).slack or 0.0
-    return Record(time, strain - slack, stress, str(path), timed)
+    return Record(time, sign * (strain - slack), sign * stress, str(path), timed)

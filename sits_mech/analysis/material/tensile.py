@@ -5,7 +5,8 @@ Columns are known by their words (`words`) and units, whatever else the file hol
     strain    engineering strain; stretch, less one; true strain, e = exp(e_true) - 1; displacement over the length
     stress    engineering stress; true stress over 1 + e (incompressible); force over the area
 
-of pulls and, by stretches (l, 1, 1/l) with strain l - 1/l and stress P/(1 + l^-2), of simple shear;
+of pulls and, by stretches (l, 1, 1/l) with strain l - 1/l and stress P/(1 + l^-2), of simple shear; of compression,
+by its words or by strain and stress below zero, whose stretch l^-2 under -P l^3 is biaxial tension l under P;
 of specimens side by side (each stress with its strain) or one below the other (names that come again, or a strain that
 falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
 
@@ -34,14 +35,18 @@ _MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain
 _MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
 _LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
+_NOTES = {
+    "shear": "simple shear is taken as the planar tension that it is, turned",
+    "compression": "compression is taken as the biaxial tension that it is between plates without friction",
+}
 
 
 @dataclass(frozen=True)
 class Sizes:
     """Sizes of a specimen, None where its file says them: free length [m], area [m^2]; and slack, a strain.
 
-    `mode` is that of columns that say none: "uniaxial", "planar", "biaxial" or "shear". `also` are files of other
-    modes, (mode, path) each, that are read with the first.
+    `mode` is that of columns that say none: "uniaxial", "planar", "biaxial", "shear" or "compression". `also` are files
+    of other modes, (mode, path) each, that are read with the first.
     """
 
     length: float | None = None
@@ -72,7 +77,7 @@ class TensileTest:
 
 
 class Pull(NamedTuple):
-    """Rows of a specimen as they stand: mode, (n,) engineering strain, stress [Pa], time [s] or none, and columns."""
+    """Rows of a specimen: mode, (n,) engineering strain, stress [Pa] (compression above zero), time [s], columns."""
 
     mode: str
     strain: Array
@@ -109,7 +114,7 @@ def read_pulls(path: str | Path, given: Sizes, what: str, timed: bool = False) -
     found, above = list[Pull](), dict[str, float]()
     for table, known in tables:
         above |= specimen_sizes(table.above)
-        pulls = (_in_mode(pull, given.mode) for pull in _pulls(table, known, _sizes(above, given)))
+        pulls = _pulls(table, known, _sizes(above, given), given.mode)
         found += [pull for pull in pulls if not timed or pull.time is not None]
     if not found:
         names = ", ".join(column.title for column in tables[0][0].columns)
@@ -136,8 +141,8 @@ def _refuse(path: str | Path, what: str) -> None:
     raise ValueError(f'{path}: {must} "Strain (%)" and "Stress (MPa)"; got {names_found(path, what)}')
 
 
-def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float]) -> list[Pull]:
-    """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`."""
+def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float], asked: str) -> list[Pull]:
+    """Return the specimens of a table, (strain, stress) by columns, of sizes as by `_sizes`, in the asked mode."""
     found, usable = list[Pull](), _usable(known)
     times = [one for one in usable if one.kind == "time"]
     for mode in dict.fromkeys(one.mode for one in usable):
@@ -146,7 +151,7 @@ def _pulls(table: TextTable, known: list[Quantity], own: dict[str, float]) -> li
             stresses = stresses if strains else []
             strains = [_left_of(stress, strains)[0] for stress in stresses]
         for strain, stress in zip(strains, stresses, strict=True):
-            found.append(_pull(table, (strain, stress, *_left_of(stress, times)), own))
+            found.append(_pull(table, (strain, stress, *_left_of(stress, times)), own, asked))
     return found
 
 
@@ -166,28 +171,34 @@ def _left_of(stress: Quantity, known: list[Quantity]) -> list[Quantity]:
     return [one for one in known if one.column.place < stress.column.place][-1:] or known[:1]
 
 
-def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float]) -> Pull:
+def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float], asked: str) -> Pull:
     """Return a specimen by its columns (strain, stress, and time if any): engineering strain and stress [Pa]."""
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
     strain, stress, *_ = taken
+    said = "compression" if strain.pressed or stress.pressed else asked
+    mode = said if strain.mode == "uniaxial" else strain.mode
+    if mode == "compression":  # whichever sign it is written by
+        e, s = e * (1.0 if strain.kind == "stretch" else -np.sign(e.sum())), -s * np.sign(s.sum())
     e = _engineering_strain(e, strain, table.source, own)
     if stress.kind != "stress":
         s = s / (1.0 + e if stress.kind == "true_stress" else _size(table.source, stress, "area", own))
-    made_of = [one.column.title for one in (strain, stress) if one.kind not in ("strain", "stress")]
+    made_of = [one.column.title for one in taken[:2] if one.kind not in ("strain", "stress")]
     notes = (f"engineering strain and stress are made of {' and '.join(made_of)}",) * bool(made_of)
-    return Pull(strain.mode, e, s, t[0] if t else None, f"{strain.column.title}; {stress.column.title}", notes)
+    columns = f"{strain.column.title}; {stress.column.title}"
+    return _upright(Pull(mode, e, s, t[0] if t else None, columns, notes), table.source)
 
 
-def _in_mode(pull: Pull, asked: str) -> Pull:
-    """Return a specimen of columns that say no mode in the one that is asked; simple shear as planar tension."""
-    mode = asked if pull.mode == "uniaxial" else pull.mode
-    if mode != "shear":
-        return pull._replace(mode=mode)
-    stretch = 0.5 * (pull.strain + np.hypot(pull.strain, 2.0))  # turned, silicone/homogeneous.py
-    notes = (*pull.notes, "simple shear is taken as the planar tension that it is, turned")
-    stress = pull.stress * (1.0 + stretch**-2)
-    return pull._replace(mode="planar", strain=stretch - 1.0, stress=stress, notes=notes)
+def _upright(pull: Pull, source: str) -> Pull:
+    """Return compression, and what lies below zero without a word of it, as compression above zero."""
+    e, s = pull.strain, pull.stress
+    below = pull.mode == "uniaxial" and s.sum() < 0.0 and np.max(e, initial=0.0) <= -_NONE * e.sum()
+    if not below and pull.mode != "compression":
+        return pull
+    if not np.min(e, initial=0.0) > -1.0:
+        must = f"{pull.columns}: must be of compression below 100 %, with its unit"
+        raise ValueError(f"{source}: {must}; got up to {-100.0 * e.min():.4g} %")
+    return pull._replace(mode="compression", strain=-e, stress=-s)
 
 
 def _engineering_strain(e: Array, of: Quantity, source: str, own: dict[str, float]) -> Array:
@@ -243,10 +254,21 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     if back.max() > 0.1 * strain[:end].max():
         what = f"{len(strain) - np.count_nonzero(taken)} of {len(strain)} rows are left out: strain goes back"
         notes.append(f"{what}; unloading after rising peaks gives softening by --cyclic")
-    left_out = np.stack([strain[~taken] - slack, stress[~taken]])
-    return TensileTest(
-        strain[taken] - slack, stress[taken], source, pull.mode, (), tuple(notes), slack, left_out, pull.columns
-    )
+    if pull.mode in _NOTES:
+        notes.append(_NOTES[pull.mode])
+    (mode, e, s), (_, *rest) = (_as_tension(pull.mode, strain[k] - slack, stress[k]) for k in (taken, ~taken))
+    return TensileTest(e, s, source, mode, (), tuple(notes), slack, np.stack(rest), pull.columns)
+
+
+def _as_tension(mode: str, strain: Array, stress: Array) -> tuple[str, Array, Array]:
+    """Return shear as the planar, compression as the biaxial tension of the same states; other modes as they are."""
+    if mode == "shear":
+        stretch = 0.5 * (strain + np.hypot(strain, 2.0))  # turned, silicone/homogeneous.py
+        return "planar", stretch - 1.0, stress * (1.0 + stretch**-2)
+    if mode == "compression":
+        stretch = 1.0 / np.sqrt(1.0 - strain)
+        return "biaxial", stretch - 1.0, stress * stretch**-3
+    return mode, strain, stress
 
 
 def _slack(strain: Array, stress: Array) -> float:

@@ -33,15 +33,15 @@ _WORDS = {
         "desplazamiento carrera posición 変位 ストローク"
     ),
     ("stress",): "stress σ spannung nennspannung zugspannung druckspannung contrainte esfuerzo 応力",
-    ("stress", "force"): "tension tensión effort",
+    ("stress", "force"): "tension tensión effort druckkraft",
     ("force",): "force f load kraft standardkraft prüfkraft zugkraft last charge fuerza carga 試験力 荷重 力",
 }
 """What a word may stand for, most likely first."""
 _KINDS = {plain(word): kinds for kinds, words in _WORDS.items() for word in words.split()}
 _PASSED = {plain(word) for word in (
-    "engineering nominal tensile technical uniaxial axial average corrected standard absolute displacement crosshead "
-    "extensometer machine technische nominelle nominale en traction de tracción ingenieril unitaria longitudinal "
-    "ingénierie conventionnelle uniaxiale composite"
+    "engineering nominal tensile compressive technical uniaxial axial average corrected standard absolute displacement "
+    "crosshead extensometer machine technische nominelle nominale en traction compresión de tracción ingenieril "
+    "unitaria longitudinal ingénierie conventionnelle uniaxiale composite"
 ).split()}
 _TRUE = {plain(word) for word in (
     "true logarithmic log hencky cauchy wahre logarithmische vraie rationnelle real verdadera verdadero logarítmica"
@@ -51,7 +51,8 @@ _MODES = {
     "planar": "planar", "pure shear": "planar", "equibiaxial": "biaxial", "equi biaxial": "biaxial",
     "biaxial": "biaxial", "uniaxial": "uniaxial", "simple shear": "shear", "shear": "shear",
 }
-_JAPANESE = re.compile(r"公称|工学|引張り?|一軸|標準|最大(?=点)")
+_JAPANESE = re.compile(r"公称|工学|引張り?|圧縮|一軸|標準|最大(?=点)")
+_PRESSED = re.compile(r"compres|stauchung|druck|圧縮")
 _MARK = re.compile(r"(?:\b(?:specimen|sample|probe|test|eprouvette|probeta)\b|試験片)?\s*#?\d+\b|[()\[\]]|\bratio\b")
 _SIZES = {
     "length": "length gaugelength gagelength gripseparation messlänge anfangsmesslänge einspannlänge longueur "
@@ -73,6 +74,11 @@ class Quantity(NamedTuple):
     factor: float
     column: Column
 
+    @property
+    def pressed(self) -> bool:
+        """Whether its words say compression."""
+        return bool(_PRESSED.search(self.column.name))
+
 
 def quantities(columns: Sequence[Column]) -> list[Quantity]:
     """Return what is known of columns, in their order; factor nan where a unit does not fit."""
@@ -84,11 +90,11 @@ def _quantity(column: Column) -> Quantity | None:
     text = plain(_JAPANESE.sub("", column.name).replace("真", "true "))
     mode = next((name for name in _MODES if text.startswith(f"{name} ")), "")
     words = _MARK.sub(" ", text.removeprefix(mode)).split()
-    kinds = next((_KINDS[word] for word in words if word in _KINDS), None)
-    if kinds is None or not {*words} <= _READ:
+    kinds = [kind for word in words for kind in _KINDS.get(word, ())]
+    if not kinds or not {*words} <= _READ:
         return None
     if _TRUE & {*words}:
-        kinds = tuple(f"true_{kind}" for kind in kinds if kind in ("strain", "stress"))
+        kinds = [f"true_{kind}" for kind in kinds if kind in ("strain", "stress")]
     known = [Quantity(_MODES.get(mode, "uniaxial"), kind, _factor(column.unit, UNITS[kind]), column) for kind in kinds]
     return next(iter(sorted(known, key=lambda one: math.isnan(one.factor))), None)
 

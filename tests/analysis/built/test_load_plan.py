@@ -71,9 +71,9 @@ def test_a_soft_sensor_is_read_at_planned_loads(prior: Prior) -> None:
 
 
 def test_what_is_no_inductance_is_refused_at_once(prior: Prior) -> None:
-    """Not a number, zero, below it: which coil and row."""
-    for wrong in (np.nan, 0.0, -1e-6):
+    """Not a number, zero, below it, or microhenries without a unit: which coil and row."""
+    for wrong in (np.nan, 0.0, -1e-6, 2.3):
         L = prior.bench(LOADS).model(prior.start[None])[0]
         L[2, 1] = wrong
-        with pytest.raises(SceneError, match=r"bench: must hold inductances above 0; got \S+ H of coil 2 in row 3 of"):
+        with pytest.raises(SceneError, match=r"bench: .*, in H where no unit is; got \S+ H of coil 2 in row 3"):
             adapt(prior, Measured(LOADS, L, "bench"))

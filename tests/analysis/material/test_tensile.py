@@ -1,9 +1,11 @@
 """Files of test machines: read by content, in any order, unit and separator; else refused in one line."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from sits_mech.analysis.material.fitted import fit_law
 from sits_mech.analysis.material.tensile import Sizes, read_tensile
@@ -40,21 +42,6 @@ def _written(folder: Path, head: str, separator: str = ";", scale: float = 1e-6,
     path = folder / "test.csv"
     path.write_text(head + "\n" + "\n".join(rows) + "\n")
     return path
-
-
-@pytest.mark.parametrize(
-    ("head", "separator", "scale"),
-    [
-        ("PARAMETER;INFO\nSpeed;450\n\nTime (s);Engineering Strain;Engineering Stress (MPa)", ";", 1e-6),
-        ("time,engineering strain (-),ENGINEERING STRESS (kPa)", ",", 1e-3),
-        ("a\tb\nc\nTime\tEngineering Strain\tEngineering Stress (Pa)", "\t", 1.0),
-    ],
-)
-def test_reading_goes_by_content(tmp_path: Path, head: str, separator: str, scale: float) -> None:
-    """Any length of header, three separators, three units; the break at the end is left out."""
-    test = read_tensile(_written(tmp_path, head, separator, scale))
-    assert test.strain[-1] == pytest.approx(STRAIN[44])
-    assert fit_law(test, "neo-hookean").constants["shear_modulus"] == pytest.approx(30e3, rel=1e-12)
 
 
 @pytest.mark.parametrize(("separator", "quote", "mark"), [(";", "", ","), (",", '"', "."), ("\t", '"', ",")])
@@ -138,7 +125,29 @@ def test_specimens_are_fitted_together_and_their_spread_is_said(beside: bool, tm
         path = _table(tmp_path, head, [(PULL, 1e-3 * factor * STRESS) for factor in factors])
     fit = fit_law(read_tensile(path), "yeoh")
     assert fit.constants == pytest.approx(YEOH, rel=1e-5) and fit.modes == ("uniaxial",)
+    width = student.ppf(0.975, 2) * np.std(factors, ddof=1) / np.sqrt(3)  # of their mean
+    assert fit.confidence == pytest.approx({name: width * value for name, value in YEOH.items()}, rel=1e-3)
     assert "3 uniaxial specimens" in fit.notes[0] and "0.7 to 1.3 of the mean (standard deviation 30 %)" in fit.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "columns"),
+    [
+        ("Compressive strain (%),Compressive stress (kPa)", lambda e, p: (1e2 * e, 1e-3 * p)),
+        ("Stauchung;Druckspannung\n%;kPa", lambda e, p: (1e2 * e, 1e-3 * p)),
+        ("strain,stress (Pa)", lambda e, p: (-e, -p)),
+        ("stretch,stress (Pa)", lambda e, p: (1.0 - e, -p)),
+        ("true compressive strain,true compressive stress (Pa)", lambda e, p: (-np.log1p(-e), p * (1.0 - e))),
+        ("Length,25,mm\nArea,24,mm^2\nCompression (mm),Load (N)", lambda e, p: (1e3 * LENGTH * e, AREA * p)),
+    ],
+)
+def test_compression_is_no_pull(head: str, columns: Callable[..., tuple[np.ndarray, ...]], tmp_path: Path) -> None:
+    """Of two specimens, one below the other, by words or by signs: the law of the same states; a pull is none."""
+    strain = np.linspace(0.01, 0.4, 40)
+    path = _table(tmp_path, head, 2 * [columns(strain, -engineering_stress("yeoh", YEOH, -strain))])
+    fit = fit_law(read_tensile(path), "yeoh")
+    assert fit.constants == pytest.approx(YEOH, rel=1e-3) and fit.modes == ("biaxial",)
+    assert any("compression is taken as the biaxial tension" in note for note in fit.notes)
 
 
 def test_unloading_is_left_out_and_offered_to_softening(tmp_path: Path) -> None:
@@ -186,13 +195,11 @@ def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
             read_tensile(_written(tmp_path, head))
     with pytest.raises(ValueError, match="must come with a unit, .*beyond 25; got up to 100"):
         read_tensile(_table(tmp_path, "Strain;Stress (kPa)", [(100.0 * STRAIN, STRAIN)]))
-    with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 3"):
-        read_tensile(_written(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", break_at=3))
+    with pytest.raises(ValueError, match="of compression below 100 %, with its unit; got up to 1000 %"):
+        read_tensile(_table(tmp_path, "Compressive strain;Stress (kPa)", [(10.0 * STRAIN, STRAIN)]))
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 4"):
         read_tensile(_written(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", break_at=4))
     least = read_tensile(_written(tmp_path, "t;Engineering Strain;Engineering Stress (MPa)", break_at=5))
     assert len(least.strain) == 5
-    empty = tmp_path / "empty.csv"
-    empty.write_text("Time;Engineering Strain;Engineering Stress (MPa)\n")
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 0"):
-        read_tensile(empty)
+        read_tensile(_table(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", []))
