@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, reduced
+from sits_mech.magnetics.modes import Reduced, joined, reduced
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -89,6 +90,11 @@ class Near:
     def unknowns(self) -> int:
         """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
+
+    @cached_property
+    def whole(self) -> Reduced:
+        """All classes' reduced currents, one class after the other."""
+        return joined([part.reduced for part in self.classes])
 
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
@@ -199,9 +205,10 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
     """Return `_reactions` of a division from what n coils in p poses induce class by class, (p, n, reduced)."""
     p, n, _ = induced[0].shape
     result = np.zeros((p, n, n + plate.seen), dtype=complex)
+    result[..., :n] = plate.whole.reaction(np.concatenate(induced, axis=2), omega)
     for part, a in zip(plate.classes, induced, strict=True):
-        result[..., :n] += part.reduced.reaction(a, omega)
-        result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
+        if part.columns.size:
+            result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
     return result
 
 
