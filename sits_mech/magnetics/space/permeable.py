@@ -41,7 +41,6 @@ from sits_mech.scene.sensor import Target
 
 _KEEP = 1e-4  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _STRONG = 1e-3  # of the strongest energy, from which combinations are extrapolated
-_LEFT = 1.0, 0.2  # estimated error over what is extrapolated, of outlines and of smooth maps
 PARTS = 4
 """A plate's answer; off by the error of its divisions; by that of the equations, in phase and in quadrature."""
 
@@ -184,9 +183,9 @@ def prepared_permeable(
     for small cells, and the length on which their field changes [m]; `seen` the clearance from other plates, 0 without,
     and the coils of a plate at rest. TooLarge before the first large array.
     """
-    (clearance, reach, length), (others, sources) = scale, seen
+    clearance, (others, sources) = scale[0], seen
     box = field_box(plate, others or clearance, rung)
-    surfaces, counts, smooth = divided_surfaces(plate, rung, (reach, length), sources)
+    surfaces, counts, left = divided_surfaces(plate, rung, scale, sources)
     added = 1.0 / ((counts[0] / counts[1]) ** 2 - 1.0)
     classes, found = [shell_classes(each) for each in surfaces], list[tuple[Basis, int]]()
     levels = list[_Level]()
@@ -207,7 +206,7 @@ def prepared_permeable(
         levels.append(_Level(part, own, loads))
     metal = PlateMetal(1.0 + susceptibility, plate.conductivity or 0.0, plate.thickness)
     bases = tuple(basis for basis, _ in found)
-    whole = _Prepared(metal, tuple(levels), added, box, bases, clearance, _LEFT[smooth])
+    whole = _Prepared(metal, tuple(levels), added, box, bases, clearance, left)
     return tuple(Permeable(whole, k, len(sources.coils) if sources else 0) for k in range(PARTS))
 
 
