@@ -168,13 +168,6 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     return Reduced(diagonal, beside, W, highest)
 
 
-def joined(parts: Sequence[Reduced]) -> Reduced:
-    """Return conductors, or classes of one, side by side, whose reactions add up; nothing sees all of them."""
-    beside = np.concatenate([np.append(part.beside, 0.0) for part in parts])[:-1]
-    diagonal = np.concatenate([part.diagonal for part in parts])
-    return Reduced(diagonal, beside, np.zeros((0, diagonal.size)), parts[0].highest)
-
-
 def _done(found: tuple[Any, int]) -> Any:
     """Return what LAPACK found; LinAlgError where a matrix is not positive."""
     matrix, info = found

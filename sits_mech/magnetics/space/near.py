@@ -21,7 +21,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, joined, reduced
+from sits_mech.magnetics.modes import Reduced, reduced
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -94,7 +94,9 @@ class Near:
     @cached_property
     def whole(self) -> Reduced:
         """All classes' reduced currents, one class after the other."""
-        return joined([part.reduced for part in self.classes])
+        parts = [part.reduced for part in self.classes]
+        beside = np.concatenate([np.append(part.beside, 0.0) for part in parts])[:-1]
+        return Reduced(np.concatenate([part.diagonal for part in parts]), beside, np.empty((0, 0)), parts[0].highest)
 
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
