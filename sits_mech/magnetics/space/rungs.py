@@ -160,21 +160,15 @@ def star(rung: PlateRung) -> list[tuple[int, int]]:
     return [(m, rung.across[0]) for m in rung.along[::-1]] + [(rung.along[_stem(rung)], k) for k in rung.across[1:]]
 
 
-def _rise(x: float) -> float:
-    """Return how far x is beyond 1, from 0 to 1."""
-    return x**6 / (1.0 + x**6)
-
-
 @dataclass(frozen=True)
 class ImpedanceLimit:
     """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
-    whether coils are as close as its cells are long. Along a plate errors fall like the square of the cells, and the
-    next term, which thin plates show, like their cube. Where the current of a thick plate crowds at the rim, that of R
-    falls much faster in few cells, less than four parts, that of L between both. Three levels do not show which it is,
-    and the error is a share of what is between. Where the levels along are two, their whole rest is its error; where
-    cells are few, all rests at least.
+    whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
+    square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
+    that of R falls much faster in few cells, less than four parts, that of L between both: the error is a share of what
+    is between. Where the levels along are two, their whole rest is its error; where cells are few, all rests at least.
     """
 
     rung: PlateRung
@@ -185,12 +179,12 @@ class ImpedanceLimit:
     @property
     def thick(self) -> float:
         """How thick a plate is for its current, from 0 to 1."""
-        return _rise(self.thickness / _CROWDED)
+        return 1.0 - 1.0 / (1.0 + (self.thickness / _CROWDED) ** 6)
 
     @property
     def crowded(self) -> float:
         """How far the current of a plate crowds at its rim, from 0 to 1."""
-        return self.thick * _rise(self.finest / _COARSE)
+        return self.thick * (1.0 - 1.0 / (1.0 + (self.finest / _COARSE) ** 6))
 
     def _rest(self, d1: Complex, d2: Complex) -> Complex:
         """Return what is added along the plate to the last of three levels, by their differences."""
@@ -222,9 +216,8 @@ class ImpedanceLimit:
         if not steps:
             return np.zeros_like(value)
         rung, found = self.rung, list[Array]()
-        k, shown = self.crowded, 1.0
-        if rung.along[0] < rung.along[1]:
-            shown = (1.0 - k) * (self.thick + (1.0 - self.thick) * _TAKEN / _SAFETY)
+        k, thin = self.crowded, (1.0 - self.thick) * (not self.close)
+        shown = 1.0 if rung.along[0] == rung.along[1] else (1.0 - k) * (1.0 + thin * (_TAKEN / _SAFETY - 1.0))
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
         rims = _RIM[0], _RIM[1] * (1.0 if rung.along[0] < _STEM else _BETWEEN)
         for part, faster, rim, close in zip(parts, _FASTER, rims, _CLOSE, strict=True):

@@ -106,10 +106,7 @@ class Posed:
         return replace(self, turns=self.turns[poses], places=self.places[poses])
 
     def potentials(self, points: Array, clearance: float) -> Iterator[Array]:
-        """Yield A of each coil at points of the plate (q, 3) from its bottom face's centre, not in the plate's axes.
-
-        It is (p, c, q) [V s / (A m)], c as of `winding_potential`, right from a clearance on [m].
-        """
+        """Yield A of each coil at points (q, 3) from the bottom face's centre, (p, c, q) as of `winding_potential`."""
         kinds, which = kinds_of(self.coils)
         world = self.turns @ points.T + self.places[:, :, None]
         centres = np.array([(*coil.centre, 0.0) for coil in self.coils])
@@ -183,9 +180,8 @@ class PlateCells:
     def along(self, seen: Posed) -> Array:
         """Return means of A along the plate on the polynomials' heights, (poses, coils, 3, g, n, k), of any sheets."""
         points, weights, first = self.points
-        found = np.empty(
-            (len(seen.places), len(seen.coils), 3, len(points), len(self.plan.cells), self.box.order[2])
-        )
+        shape = len(seen.places), len(seen.coils), 3, len(points), len(self.plan.cells), self.box.order[2]
+        found = np.empty(shape)
         for c, A in enumerate(seen.potentials(points.reshape(-1, 3), self.box.clearance)):
             weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
             sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
