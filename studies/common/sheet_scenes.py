@@ -1,19 +1,30 @@
-"""Scenes for the three-dimensional model: one coil and metal of twelve kinds by chance, at a pose, and a close foil."""
+"""Scenes for the three-dimensional model: one coil and metal by chance, at a pose.
+
+The first forty have copper and aluminium of twelve kinds, then come a close foil, and twenty coaxial permeable parts.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Conductor, Sensor, Target, load_sensor
+from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target, load_sensor
 
-COUNT = 41
+METAL, COUNT = 41, 61  # scenes without permeable parts, all
 KINDS = ("foil", "disc", "block", "foil r", "plate r", "block r", "two", "two r", "ground", "ground drawn", "frame",
          "disc")
 THICKNESS = {"foil": (1e-5, 7e-5), "disc": (1e-4, 5e-4), "block": (1e-3, 5e-3)}  # [m]
 GAP, FREQUENCY = (5e-5, 5e-3), (5e3, 2.5e7)  # [m], [Hz]
+PERMEABLE = {  # relative permeability, conductivity [S/m], thickness [m], loss tangent of fixed parts
+    "steel": ((50.0, 500.0), (1e6, 1e7), (1e-4, 2e-3), 0.0),
+    "ferrite": ((20.0, 2000.0), (1e-3, 1e-1), (3e-4, 3e-3), 0.05),
+    "rubber": ((1.5, 5.0), (1e-6, 1e-3), (5e-4, 3e-3), 0.02),
+}
+FIXED = 0.4  # share of these that lie behind the coil
+PERMEABLE_GAP, PERMEABLE_FREQUENCY = (1e-4, 3e-3), (5e3, 1e6)  # [m], [Hz]
 COILS = (  # the catalogue's, a flat one, a large one
     {}, {"layers": 1, "turns": 20, "inner_diameter": 3e-3},
     {"layers": 2, "turns": 25, "inner_diameter": 6e-3, "track_width": 2e-4, "track_gap": 1.5e-4,
@@ -32,17 +43,19 @@ class SheetScene(NamedTuple):
 
 
 def sheet_scene(number: int) -> SheetScene:
-    """Return a scene, the same in every run; the last is a foil whose finer answers were once worse."""
-    if number == COUNT - 1:
+    """Return a scene, the same in every run; after forty a foil whose finer answers were once worse."""
+    if number == METAL - 1:
         return close_foil()
-    rng = np.random.default_rng([65, number])
+    rng, base = np.random.default_rng([65, number]), load_sensor("biorob2018")
 
     def log(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
-    kind, base = KINDS[number % len(KINDS)], load_sensor("biorob2018")
     changed = {"centre": (0.0, 0.0), **COILS[int(rng.choice(3, p=[0.5, 0.25, 0.25]))]}
     coil = base.coils[0].model_copy(update=changed)
+    if number >= METAL:
+        return permeable(tuple(PERMEABLE)[number % len(PERMEABLE)], base, coil, log, bool(rng.uniform() < FIXED))
+    kind = KINDS[number % len(KINDS)]
     a, gap, frequency = coil.outer_diameter / 2, log(*GAP), log(*FREQUENCY)
     r, thick = a * log(0.4, 2.0), {"f": "foil", "b": "block"}.get(kind[0], "disc")
     if kind.startswith(("two", "frame")):
@@ -77,6 +90,21 @@ def sheet_scene(number: int) -> SheetScene:
         "coils": (coil,), "target": target, "conductors": parts, "frequency": frequency, "elastomer": None,
     })
     return SheetScene(kind, sensor, pose, kind in ("foil", "disc", "block", "two", "ground"))
+
+
+def permeable(
+    kind: str, base: Sensor, coil: Coil, log: Callable[[float, float], float], fixed: bool
+) -> SheetScene:
+    """Return a coaxial disc of steel, ferrite or filled rubber, a target or fixed, up to four coils wide."""
+    (mu, sigma, thickness, loss), a = PERMEABLE[kind], coil.outer_diameter / 2
+    gap, r = log(*PERMEABLE_GAP), a * log(0.4, 4.0)
+    part = {"shape": "disc", "diameter": 2 * r, "thickness": min(log(*thickness), r), "conductivity": log(*sigma),
+            "relative_permeability": log(*mu)}
+    z = -coil.height - gap - part["thickness"]
+    metal = {"target": None if fixed else Target(**part),
+             "conductors": (Conductor(name="P", loss_tangent=loss, centre=(0.0, 0.0, z), **part),) * fixed}
+    changed = {"coils": (coil,), "frequency": log(*PERMEABLE_FREQUENCY), "elastomer": None, **metal}
+    return SheetScene(kind, base.model_copy(update=changed), Pose(0.0, gap), True)
 
 
 def close_foil() -> SheetScene:

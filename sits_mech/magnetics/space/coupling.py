@@ -19,12 +19,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
-from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.coils.straight import CACHED
 from sits_mech.magnetics.modes import Reduced
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart, few_points, radiated
@@ -98,31 +95,19 @@ class Sheeted:
 
 def _drives(plate: Sheeted, seen: Posed) -> Iterator[tuple[slice, Array]]:
     """Yield which poses, some after others, and a_c of all classes (poses, n, sum of r); that of any division."""
-    (kinds, which), box = kinds_of(seen.coils), plate.box
-    points, centres = box.points(), np.array([(*coil.centre, 0.0) for coil in seen.coils])
-    region, width, n = _region(box, seen, centres), plate.columns[-1].stop, len(which)
-    fields = [winding_potential(kind, seen.windings, region, len(points), seen.step) for kind in kinds]
+    box, width, n = plate.box, plate.columns[-1].stop, len(seen.coils)
+    points = box.points()
     step = max(1, min(HELD // (n * width), CACHED // len(points)))
     for start in range(0, len(seen.places), step):
         some = slice(start, start + step)
-        turns = seen.turns[some]
-        at = turns @ points.T + seen.places[some][:, :, None]
-        c, drive = np.empty((len(at), n, 3, len(points))), np.empty((len(at) * n, width))
-        for k, kind in enumerate(which):
-            A = box.coefficients(fields[kind](at - centres[k][:, None]))
-            c[:, k] = np.swapaxes(turns[:, : A.shape[1]], 1, 2) @ A
+        posed = seen.some(some)
+        p = len(posed.places)
+        c, drive = np.empty((p, n, 3, len(points))), np.empty((p * n, width))
+        for k, A in enumerate(posed.potentials(points, box.clearance)):
+            c[:, k] = np.swapaxes(posed.turns[:, : A.shape[1]], 1, 2) @ box.coefficients(A)
         for basis, own in zip(plate.bases, plate.columns, strict=True):
-            drive[:, own] = c.reshape(len(drive), -1)[:, basis.rows] @ basis.fields
-        yield some, drive.reshape(len(at), n, width)
-
-
-def _region(box: Box, seen: Posed, centres: Array) -> tuple[float, float, float]:
-    """Return where a plate is from coils of some centres, in all poses; as of `winding_potential`."""
-    corners = np.array(list(product((-1.0, 1.0), repeat=3))) * box.half + (0.0, 0.0, box.half[2])
-    corners = corners @ np.swapaxes(seen.turns, 1, 2) + seen.places[:, None]
-    reach = np.abs(corners.reshape(-1, 3).max(0) - centres), np.abs(corners.reshape(-1, 3).min(0) - centres)
-    aside = np.linalg.norm(np.maximum(*reach)[:, :2], axis=1)
-    return box.clearance, float(corners[..., 2].max()), float(aside.max())
+            drive[:, own] = c.reshape(p * n, -1)[:, basis.rows] @ basis.fields
+        yield some, drive.reshape(p, n, width)
 
 
 def _fields(

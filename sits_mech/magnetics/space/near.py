@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -89,6 +90,13 @@ class Near:
     def unknowns(self) -> int:
         """Size of the discrete problem."""
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
+
+    @cached_property
+    def whole(self) -> Reduced:
+        """All classes' reduced currents, one class after the other."""
+        parts = [part.reduced for part in self.classes]
+        beside = np.concatenate([np.append(part.beside, 0.0) for part in parts])[:-1]
+        return Reduced(np.concatenate([part.diagonal for part in parts]), beside, np.empty((0, 0)), parts[0].highest)
 
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
@@ -199,9 +207,10 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
     """Return `_reactions` of a division from what n coils in p poses induce class by class, (p, n, reduced)."""
     p, n, _ = induced[0].shape
     result = np.zeros((p, n, n + plate.seen), dtype=complex)
+    result[..., :n] = plate.whole.reaction(np.concatenate(induced, axis=2), omega)
     for part, a in zip(plate.classes, induced, strict=True):
-        result[..., :n] += part.reduced.reaction(a, omega)
-        result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
+        if part.columns.size:
+            result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
     return result
 
 

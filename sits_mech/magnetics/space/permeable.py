@@ -8,7 +8,6 @@ the estimated ones. Combinations that a plate hardly sees are those of the finer
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,8 +15,6 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import winding_potential
 from sits_mech.magnetics.space.divisions import field_box
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to
 from sits_mech.magnetics.space.fields import (
@@ -41,7 +38,6 @@ from sits_mech.scene.sensor import Target
 
 _KEEP = 1e-4  # weaker combinations of fields are left out: their energy, to the strongest, is the square
 _STRONG = 1e-3  # of the strongest energy, from which combinations are extrapolated
-_LEFT = 1.0, 0.2  # estimated error over what is extrapolated, of outlines and of smooth maps
 PARTS = 4
 """A plate's answer; off by the error of its divisions; by that of the equations, in phase and in quadrature."""
 
@@ -159,16 +155,10 @@ def _answers(whole: _Prepared, seen: Posed, frequency: float) -> Complex:
 
 def _potentials(whole: _Prepared, part: HalfSurface, seen: Posed) -> Array:
     """Return A of n coils in p poses at a surface's `points`, (2 g, e, 2, 3, p times n), in the plate's own axes."""
-    points, (kinds, which) = part.points[0], kinds_of(seen.coils)
+    points = part.points[0]
     flat = points.reshape(-1, 3) + (0.0, 0.0, whole.metal.thickness / 2)
-    world = seen.turns @ flat.T + seen.places[:, :, None]
-    centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
-    reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
-    region = whole.clearance, float(world[:, 2].max()), reach
-    fields = [winding_potential(kind, seen.windings, region, len(flat), seen.step) for kind in kinds]
-    found = np.empty((len(flat), 3, len(seen.places), len(which)))
-    for c, kind in enumerate(which):
-        A = fields[kind](world - centres[c][:, None])
+    found = np.empty((len(flat), 3, len(seen.places), len(seen.coils)))
+    for c, A in enumerate(seen.potentials(flat, whole.clearance)):
         found[..., c] = np.moveaxis(np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ A, 0, 2).swapaxes(0, 1)
     return found.reshape(*points.shape, -1)
 
@@ -184,9 +174,9 @@ def prepared_permeable(
     for small cells, and the length on which their field changes [m]; `seen` the clearance from other plates, 0 without,
     and the coils of a plate at rest. TooLarge before the first large array.
     """
-    (clearance, reach, length), (others, sources) = scale, seen
+    clearance, (others, sources) = scale[0], seen
     box = field_box(plate, others or clearance, rung)
-    surfaces, counts, smooth = divided_surfaces(plate, rung, (reach, length), sources)
+    surfaces, counts, left = divided_surfaces(plate, rung, scale, sources)
     added = 1.0 / ((counts[0] / counts[1]) ** 2 - 1.0)
     classes, found = [shell_classes(each) for each in surfaces], list[tuple[Basis, int]]()
     levels = list[_Level]()
@@ -207,7 +197,7 @@ def prepared_permeable(
         levels.append(_Level(part, own, loads))
     metal = PlateMetal(1.0 + susceptibility, plate.conductivity or 0.0, plate.thickness)
     bases = tuple(basis for basis, _ in found)
-    whole = _Prepared(metal, tuple(levels), added, box, bases, clearance, _LEFT[smooth])
+    whole = _Prepared(metal, tuple(levels), added, box, bases, clearance, left)
     return tuple(Permeable(whole, k, len(sources.coils) if sources else 0) for k in range(PARTS))
 
 

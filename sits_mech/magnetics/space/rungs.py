@@ -8,9 +8,9 @@ On levels with cells divided into m_1 < m_2 < m_3 parts along each axis a result
     y_m = y + a m^-p + b m^-(p+1),    Y = y_3 + d_2 / ((m_3/m_2)^p - 1),    Y - y = b (...),
 
 with differences d_1 and d_2, the limit Y of two levels and its error, which is known as the three levels give a, b and
-y (`extrapolated_rest`). The order p is 2 along and across, but of R along a plate where current crowds at the rim
-(`ImpedanceLimit`). The limit is linear in the levels, so that it is as smooth over poses and frequencies as they are,
-and is taken of what answers all poses, once a frequency (`coupling`).
+y (`extrapolated_rest`). The order p is 2. Along thin plates b is taken too, and a share of it is the error;
+where current crowds at the rim R and L fall faster (`ImpedanceLimit`). The limit is linear in the levels, so that it is
+as smooth over poses and frequencies as they are, and is taken of what answers all poses, once a frequency (`coupling`).
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Target
 
-_SAFETY = 1.5  # error over what the next term of an order shows
+_SAFETY, _TAKEN = 1.5, 0.4  # error over what the next term of an order shows; the same where that is taken
 
 
 def extrapolated_rest(d1: Array, d2: Array, sizes: Sequence[float], order: float) -> tuple[Array, Array]:
@@ -39,11 +39,16 @@ def extrapolated_rest(d1: Array, d2: Array, sizes: Sequence[float], order: float
     Where the first two of the m in `sizes` are equal, no next term is shown, and the error is all of the rest.
     """
     more = remainder(sizes, order) * d2
+    return more, np.abs(more) if sizes[0] == sizes[1] else _SAFETY * np.abs(next_term(d1, d2, sizes, order))
+
+
+def next_term(d1: Any, d2: Any, sizes: Sequence[float], order: float) -> Any:
+    """Return what the next term of an order adds to the extrapolated rest; 0 where two levels do not show it."""
     if sizes[0] == sizes[1]:
-        return more, np.abs(more)
+        return 0.0 * d2
     powers = np.asarray(sizes, dtype=float) ** -np.array([[0.0], [order], [order + 1.0]])
     w1, _, w3 = np.linalg.solve(powers, (1.0, 0.0, 0.0))  # y = w . (y_1, y_2, y_3)
-    return more, _SAFETY * np.abs(more + w1 * d1 + (1.0 - w3) * d2)
+    return (w3 - 1.0 - remainder(sizes, order)) * d2 - w1 * d1
 
 
 def remainder(sizes: Sequence[float], order: float) -> float:
@@ -84,7 +89,7 @@ ROUGH = 3e-2
 """The asked error from which the first of each will do; twice what is told where memory cannot hold the second."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
-_BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much L has of that from four parts on
+_BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much of its own L has from four parts on
 _CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
@@ -160,10 +165,10 @@ class ImpedanceLimit:
     """What the answers of a rung's divisions tend to, real and imaginary part apart, and their errors.
 
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
-    whether coils are as close as its cells are long. Along a plate errors fall like the square of the cells; where the
-    current of a thick plate crowds at the rim in few of them, less than four parts, that of R falls much faster. Three
-    levels do not show which it is, and the error is a share of what is between. Where the levels along are two, their
-    whole rest is its error; where cells are few, all rests at least.
+    whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
+    square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
+    that of R falls much faster in few cells, less than four parts, that of L between both: the error is a share of what
+    is between. Where the levels along are two, their whole rest is its error; where cells are few, all rests at least.
     """
 
     rung: PlateRung
@@ -172,9 +177,23 @@ class ImpedanceLimit:
     close: bool = False
 
     @property
+    def thick(self) -> float:
+        """How thick a plate is for its current, from 0 to 1."""
+        return 1.0 - 1.0 / (1.0 + (self.thickness / _CROWDED) ** 6)
+
+    @property
     def crowded(self) -> float:
         """How far the current of a plate crowds at its rim, from 0 to 1."""
-        return math.prod(x**6 / (1.0 + x**6) for x in (self.thickness / _CROWDED, self.finest / _COARSE))
+        return self.thick * (1.0 - 1.0 / (1.0 + (self.finest / _COARSE) ** 6))
+
+    def _rest(self, d1: Complex, d2: Complex) -> Complex:
+        """Return what is added along the plate to the last of three levels, by their differences."""
+        along = self.rung.along
+        faster, more = (each * self.crowded for each in _FASTER)
+        of_R = remainder(along, _ORDER + faster * (along[0] < _STEM))
+        of_L = (remainder(along, _ORDER) + remainder(along, _ORDER + more)) / 2.0
+        third = (1.0 - self.thick) * next_term(d1, d2, along, _ORDER)
+        return np.asarray(of_R * d2.real + 1j * of_L * d2.imag + third)
 
     def forms(self, values: Sequence[Complex]) -> list[Complex]:
         """Return the limit of the divisions' values, and the differences of levels along and across, coarsest first.
@@ -187,11 +206,8 @@ class ImpedanceLimit:
         stem = values[2 - _stem(self.rung)]
         levels = [*values[2::-1]], [stem, *values[3:DIVISIONS]]
         steps = [after - before for each in levels for before, after in pairwise(each)]
-        along, across = self.rung.along, self.rung.across
-        faster = _FASTER[0] * self.crowded if along[0] < _STEM else 0.0
-        of_R, of_L = remainder(along, _ORDER + faster), remainder(along, _ORDER)
-        value = levels[0][-1] + of_R * steps[1].real + 1j * of_L * steps[1].imag
-        value = value + levels[1][-1] - stem + remainder(across, _ORDER) * steps[3]
+        across = levels[1][-1] - stem + remainder(self.rung.across, _ORDER) * steps[3]
+        value = levels[0][-1] + self._rest(*steps[:2]) + across
         return [value, *steps, *(other - values[0] for other in values[DIVISIONS:])]
 
     def errors(self, forms: Sequence[Complex]) -> Complex:
@@ -200,14 +216,15 @@ class ImpedanceLimit:
         if not steps:
             return np.zeros_like(value)
         rung, found = self.rung, list[Array]()
-        few, ordered = rung.along[0] < _STEM, rung.along[0] < rung.along[1]
-        crowded = self.crowded, self.crowded * (1.0 if few else _BETWEEN)
+        k, thin = self.crowded, (1.0 - self.thick) * (not self.close)
+        shown = 1.0 if rung.along[0] == rung.along[1] else (1.0 - k) * (1.0 + thin * (_TAKEN / _SAFETY - 1.0))
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        for part, faster, k, rim, close in zip(parts, _FASTER, crowded, _RIM, _CLOSE, strict=True):
+        rims = _RIM[0], _RIM[1] * (1.0 if rung.along[0] < _STEM else _BETWEEN)
+        for part, faster, rim, close in zip(parts, _FASTER, rims, _CLOSE, strict=True):
             x, error_x = extrapolated_rest(part(steps[0]), part(steps[1]), rung.along, _ORDER)
             z, error_z = extrapolated_rest(part(steps[2]), part(steps[3]), rung.across, _ORDER)
-            between = x - remainder(rung.along, _ORDER + faster * self.crowded) * part(steps[1])
-            own = (1.0 - k * ordered) * error_x + _BETWEEN * np.abs(between) + close * self.close * np.abs(x) + error_z
+            between = x - remainder(rung.along, _ORDER + faster * k) * part(steps[1])
+            own = shown * error_x + _BETWEEN * np.abs(between) + close * self.close * np.abs(x) + error_z
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])

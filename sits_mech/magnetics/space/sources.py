@@ -15,7 +15,7 @@ by cubic splines; spirals, and rings over a plate at an angle, are summed at eve
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -105,6 +105,17 @@ class Posed:
         """Return it in some of the poses."""
         return replace(self, turns=self.turns[poses], places=self.places[poses])
 
+    def potentials(self, points: Array, clearance: float) -> Iterator[Array]:
+        """Yield A of each coil at points (q, 3) from the bottom face's centre, (p, c, q) as of `winding_potential`."""
+        kinds, which = kinds_of(self.coils)
+        world = self.turns @ points.T + self.places[:, :, None]
+        centres = np.array([(*coil.centre, 0.0) for coil in self.coils])
+        aside = max(float(np.linalg.norm(np.abs(world[:, :2] - c[:2, None]).max(axis=(0, 2)))) for c in centres)
+        region = clearance, float(world[:, 2].max()), aside
+        fields = [winding_potential(kind, self.windings, region, len(points), self.step) for kind in kinds]
+        for kind, centre in zip(which, centres, strict=True):
+            yield fields[kind](world - centre[:, None])
+
 
 @dataclass(frozen=True, eq=False)
 class PlateCells:
@@ -168,16 +179,10 @@ class PlateCells:
 
     def along(self, seen: Posed) -> Array:
         """Return means of A along the plate on the polynomials' heights, (poses, coils, 3, g, n, k), of any sheets."""
-        (points, weights, first), places = self.points, seen.places
-        kinds, which = kinds_of(seen.coils)
-        world = seen.turns @ points.reshape(-1, 3).T + places[:, :, None]
-        centres = np.array([(*coil.centre, 0.0) for coil in seen.coils])
-        reach = float(np.abs(world[:, :2]).max() + np.abs(centres).max()) * math.sqrt(2.0)
-        region = self.box.clearance, float(world[:, 2].max()), reach
-        fields = [winding_potential(kind, seen.windings, region, points.size // 3, seen.step) for kind in kinds]
-        found = np.empty((len(places), len(which), 3, len(points), len(self.plan.cells), self.box.order[2]))
-        for c, kind in enumerate(which):
-            A = fields[kind](world - centres[c][:, None])
+        points, weights, first = self.points
+        shape = len(seen.places), len(seen.coils), 3, len(points), len(self.plan.cells), self.box.order[2]
+        found = np.empty(shape)
+        for c, A in enumerate(seen.potentials(points.reshape(-1, 3), self.box.clearance)):
             weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
             sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
             found[:, c] = (np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(found[:, c].shape)

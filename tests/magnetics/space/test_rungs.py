@@ -71,29 +71,35 @@ def test_levels_without_an_order_tell_all_of_their_rest(along: tuple[int, int, i
 
 
 def test_the_error_is_that_of_the_next_order() -> None:
-    """Of values y + a / m^2 + b / m^3 along and across: one and a half times what the limit is off, of L and of R."""
+    """Of y + a / m^2 + b / m^3: b is taken along, with 0.4 of it as error; across 1.5 times what the limit is off."""
 
     def Z(m: int, k: int) -> np.ndarray:
         R, X = 1.0 + 0.3 / m**2 - 0.2 / m**3 - 0.1 / k**3, 2.0 + 0.2 / k**2 + 0.4 / m**3 + 0.3 / k**3
         return np.array([[R + 1j * X]])
 
+    def third(m: int, n: int) -> float:
+        return n**-3 + (n**-3 - m**-3) / ((n / m) ** 2 - 1.0)
+
     limit = ImpedanceLimit(PlateRung((4, 5, 6), (3, 4, 5), 7.0), 1e-3, 1.0)
     forms = limit.forms([Z(6, 3), Z(5, 3), Z(4, 3), Z(4, 4), Z(4, 5)])
     off, error = (forms[0] - (1.0 + 2.0j)).item(), (limit.errors(forms) - 5e-5 * forms[0]).item()
-    assert (error.real, error.imag) == pytest.approx((1.5 * abs(off.real), 1.5 * abs(off.imag)), rel=1e-9)
+    assert (off.real, off.imag) == pytest.approx((-0.1 * third(4, 5), 0.3 * third(4, 5)), rel=1e-9)
+    along = 0.4 * abs(third(5, 6))
+    expected = (1.5 * abs(off.real) + 0.2 * along, 1.5 * abs(off.imag) + 0.4 * along)
+    assert (error.real, error.imag) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(("along", "order", "rim"), [((3, 4, 5), 8, 4e-4), ((4, 5, 6), 2, 2e-4)])
 def test_where_current_crowds_the_error_is_between_orders(
     along: tuple[int, int, int], order: int, rim: float
 ) -> None:
-    """Of R, whose limit is of order 8 in few cells, half of what is between 2 and 8; of L between 2 and 3."""
+    """Of R, whose limit is of order 8 in few cells, half of what is between 2 and 8; of L, halfway, between 2 and 3."""
     Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.3 / m**2)]]) for m in (*along[::-1], 4, 4)]
     limit = ImpedanceLimit(PlateRung(along, (3, 4, 5), 7.0), 1e3, 1e3)
     forms = limit.forms(Z)
     last = 0.3 / along[1] ** 2 - 0.3 / along[2] ** 2
     shown = {p: 1.0 / ((along[2] / along[1]) ** p - 1.0) for p in (2, 3, 8)}
-    assert forms[0].item().imag == pytest.approx(1.0, abs=1e-12)
+    assert forms[0].item().imag == pytest.approx(1.0 - (shown[2] - shown[3]) / 2.0 * last, abs=1e-12)
     assert forms[0].item().real == pytest.approx(1.0 - (shown[2] - shown[order]) * last, abs=1e-12)
     own = (limit.errors(forms) - 5.05e-3 * forms[0].real - (5e-5 + rim) * 1j * forms[0].imag).item()
     expected = 0.5 * last * np.array([shown[2] - shown[8], shown[2] - shown[3]])
