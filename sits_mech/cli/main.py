@@ -3,7 +3,7 @@
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
 reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted, 141 where who read the answer
 has left (`| head`). Of every command: with --quiet stderr has errors alone; with -v also what is solved, step by step,
-which --log FILE writes. Each command imports its rooms itself.
+which --log FILE writes. Each command imports its rooms itself; help comes at once, as it was printed before.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
 factorisations lose an order of magnitude to a second one. Modules with commands are entry points of the group
 `sits_mech.commands`: those of this package, listed in its pyproject.toml, and those of any other installed beside it.
@@ -15,10 +15,11 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from sits_mech.cli.console import QUIET, logged, print_fault, warn
+from sits_mech.cli.kept_help import asks_help, keep_help, kept_help
 from sits_mech.disk_cache import keep_by_default
 
 if TYPE_CHECKING:
@@ -90,14 +91,27 @@ def _without_log(words: list[str]) -> tuple[list[str], str | None]:
 
 
 def _answered(words: list[str]) -> int:
-    """Answer a command's words."""
+    """Answer a command's words; help from what was printed before, where nothing has changed."""
+    text = kept_help(words)
+    if text is not None:
+        sys.stdout.write(text)
+        return 0
     from cyclopts import CycloptsError
+    from rich.console import Console
 
+    asked = partial(commands(), words, exit_on_error=False, print_error=False, result_action="return_value")
     try:
-        code = commands()(words, exit_on_error=False, print_error=False, result_action="return_value")
+        if not asks_help(words):
+            code = asked()
+            return code if isinstance(code, int) else 0
+        console = Console()
+        with console.capture() as shown:
+            asked(console=console)
     except CycloptsError as error:
         raise ValueError(str(error)) from None
-    return code if isinstance(code, int) else 0
+    keep_help(words, shown.get())
+    sys.stdout.write(shown.get())
+    return 0
 
 
 def main() -> None:
