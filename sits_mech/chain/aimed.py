@@ -37,13 +37,14 @@ class Promise(NamedTuple):
 
     planned: Look
     seconds: float
-    error: float
+    reached: float  # as planned: of the numerics
+    error: float  # the whole, with what is left out
 
     @property
     def record(self) -> dict[str, float]:
-        """Return the four numbers by name."""
+        """Return the numbers by name."""
         planned = {"planned_seconds": self.planned.seconds, "planned_error": self.planned.error}
-        return planned | {"seconds": self.seconds, "error": self.error}
+        return planned | {"seconds": self.seconds, "reached": self.reached, "error": self.error}
 
 
 @dataclass(frozen=True)

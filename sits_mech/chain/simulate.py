@@ -144,7 +144,8 @@ def simulate(
     rest = _with(sensor, _of_load(sensor, found.found, wrench, found.back), found.left_out)
     shown = replace(simulated(sensor, found.field, rest), left_out=found.left_out)
     if found.planned is not None:
-        shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached))
+        error = whole_error(found.goal, rest, shown.impedance.report.left_out)
+        shown = replace(shown, promise=Promise(found.planned, time.process_time() - began, found.reached, error))
     return _flagged(sensor, found.field, shown, tolerance, found.goal)
 
 

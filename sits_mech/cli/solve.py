@@ -180,8 +180,8 @@ def simulate(
     ]
     answer(simulation_record(found, unsolved, at_terminals(sensor, found.impedance)[0]), tables, as_json)
     if found.promise is not None:
-        planned, *took = found.promise
-        warn(kept_promise((planned.seconds, planned.error), (took[0], took[1])))
+        planned, seconds, reached, off = found.promise
+        warn(kept_promise((planned.seconds, planned.error), (seconds, reached), off))
     return exit_code_of(found.flags[:1], accept)
 
 

@@ -52,8 +52,8 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
         seconds + MAGNETICS["planar"].cost(Question(0.1 * aim.asked, (LOAD,) * loads)).seconds
         for seconds, loads in zip(mechanical, (1, 81), strict=True)
     ]
-    assert Promise(one, 2.0, 0.01).record == {
-        "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "error": 0.01,
+    assert Promise(one, 2.0, 0.01, 0.02).record == {
+        "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "reached": 0.01, "error": 0.02,
     }
 
 
