@@ -64,11 +64,12 @@ def meshed_share(sensor: Sensor) -> float:
     return 0.5 if _level(sensor, 0)[0].half else 1.0
 
 
-def meshed_family(sensor: Sensor, guard: float, share: float) -> Levels:
+def meshed_family(sensor: Sensor, guard: float, share: float, depth: float = 0.0) -> Levels:
     """Return the levels of a scene's ``elastomer.mesh``, each cell divided into eight from level to level.
 
     A mesh too large for that is paired with itself at constant pressures. `guard` [shear moduli]; `share`: floor of
-    component errors over the worst. Raise ValueError, one line, for an unsuitable mesh.
+    component errors over the worst; contact `depth` on the mesh itself [thicknesses], 0 for none. Raise ValueError, one
+    line, for an unsuitable mesh.
     """
     first = _level(sensor, 0)[0]
     cells = len(first.mesh.cells)
@@ -79,8 +80,9 @@ def meshed_family(sensor: Sensor, guard: float, share: float) -> Levels:
     @cache
     def made(level: int) -> Bonded:
         """Make a level."""
-        own = _level(sensor, 0, constant=level == 0) if count == 1 else _level(sensor, level)
-        return solid(sensor, own[0], guard, 0.0).body
+        if count == 1:
+            return solid(sensor, _level(sensor, 0, constant=level == 0)[0], guard, depth * (2.0, 1.0)[level]).body
+        return solid(sensor, _level(sensor, level)[0], guard, depth / 4.0**level).body
 
     @cache
     def carrier(level: int) -> Prolongation | None:
@@ -218,3 +220,4 @@ def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
 def _words(extent: tuple[float, float]) -> str:
     """Format two lengths."""
     return f"{1e3 * extent[0]:.4g} x {1e3 * extent[1]:.4g} mm"
+

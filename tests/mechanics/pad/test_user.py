@@ -14,7 +14,7 @@ from skfem.io.meshio import to_meshio
 from sits_mech.chain.models import choose_mechanics
 from sits_mech.geometry.meshing.bricks import box_bricks
 from sits_mech.geometry.meshing.store import read_solid
-from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.block import block_pad, meshes_in_line
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import State, rest
 from sits_mech.mechanics.equilibrium.newton import newton, small_strain_compliance
@@ -226,6 +226,13 @@ def test_a_refined_pad_carries_the_state_of_the_first(tmp_path, tetrahedra):
     np.testing.assert_allclose(carried.u[finer.bonded], bonded, atol=1e-12)
     fine = newton(finer, carried, load).state
     assert coarse.residual < 1e-9 and fine.residual < 1e-9 and fine.iterations <= 5
+
+
+def test_a_users_mesh_may_touch_what_is_near_it(tmp_path):
+    """Of the families of a mesh the last two have contact, less deep on finer levels."""
+    sensor = scene(pieces_file(tmp_path / "one.msh", [([-4.0, 0.0, 4.0], [-4.0, 0.0, 4.0], [0.0, 2.0])]))
+    families = meshes_in_line(sensor, 0.1, whole=True)
+    assert [bool(families[number].coarse.parts) for number in range(4)] == [False, False, True, True]
 
 
 EXAMPLES = {
