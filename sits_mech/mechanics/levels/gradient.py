@@ -162,8 +162,8 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
         by_each.append(turns @ _by_each(family, number, found, level, stencils))
         levels.append(level._replace(B=level.B[:0]))
     scales, beyond = family.scales(family.sensor), _beyond(family, found, levels)
-    compliance = _limit(family, by_load, scales.lengths[:, None] / scales.loads, beyond)
-    pose, error = _limit(family, by_each, scales.lengths[:, None], beyond)
+    compliance = _limit(family, levels, by_load, scales.lengths[:, None] / scales.loads, beyond)
+    pose, error = _limit(family, levels, by_each, scales.lengths[:, None], beyond)
     pose += _of_scales(family, found, stencils)
     unknown = _unknown(levels)
     for each in compliance:
@@ -294,19 +294,26 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
     """Return the part of the pose's error beyond that of the meshes, over the displacement."""
     lever = family.levels.fine.reach()[: len(levels[0].S)]
-    limit = family.levels.limit([level.q * lever for level in levels])
+    limit = family.levels.limit([level.q * lever for level in levels], sink=-float(levels[1].q[1]))
     size = max(float(np.max(np.abs(limit.value))), 1e-300)
     return max(found.report.estimated_error - float(np.max(limit.error)) / size, 0.0) if np.any(limit.value) else 0.0
 
 
-def _limit(family: Family, values: Sequence[Array], unit: Array, beyond: float) -> tuple[Array, Array]:
-    """Extrapolate derivatives over the levels with errors, shape (6, n), in a unit."""
-    lever = family.levels.fine.reach()
+def _limit(
+    family: Family, levels: Sequence[_Level], values: Sequence[Array], unit: Array, beyond: float
+) -> tuple[Array, Array]:
+    """Extrapolate derivatives over the levels with errors, shape (6, n), in a unit.
+
+    What edges that a press opens add goes with the square of the sink, which changes as well (family.py).
+    """
+    limit, lever, sink = family.levels.limit, family.levels.fine.reach(), -float(levels[1].q[1])
+    poses = [all_six(level.q) * lever for level in levels]
+    opened = 2.0 * (limit(poses, sink=sink).value - limit(poses).value) / (sink or 1.0)
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
-        limit = family.levels.limit([each[:, column] * lever for each in values])
-        error = errors_of(_OWNS * limit.error + beyond * np.abs(limit.value), family.levels.share)
-        found[:, :, column] = np.stack([limit.value, error]) / lever
+        value, each, _ = limit([each[:, column] * lever for each in values], sink=sink)
+        error = errors_of(_OWNS * each + beyond * np.abs(value), family.levels.share)
+        found[:, :, column] = np.stack([value - opened * values[1][1, column], error]) / lever
     return found[0] * unit, found[1] * unit
 
 
