@@ -60,7 +60,7 @@ _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
 _REDUCED = 2e-10  # the same of a near plate's class but its kernel, over the cube of its currents: 1.1 and 1.6 seen
 _UNSEEN = 1e-3  # share of the field that may be missed
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
-_Scale = tuple[float, float, float, float]  # as of `prepared`
+_Scale = tuple[float, float, tuple[float, float], float]  # as of `prepared`
 
 
 class Seen(Enum):
@@ -168,14 +168,14 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
 def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
-    box = field_box(target, clearance, rung)
-    half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
+    box, (reach, far) = field_box(target, clearance, rung), scale[2]
+    half, width = target.thickness / 2, min(float(box.half[:2].min()), reach)
     least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
     highest, depth = 2 * np.pi * scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
     largest = max(min(_ALONG.largest * scale[3], _WIDEST * width), _FINEST * width)
-    cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], scale[2]) / largest)))  # of a quarter, at least
+    cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], reach) / largest)))  # of a quarter, at least
     _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
-    along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
+    along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=reach, far=far)
     plans = {m: _plan(target, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))

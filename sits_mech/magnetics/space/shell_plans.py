@@ -34,20 +34,20 @@ _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far awa
 
 
 def divided_surfaces(
-    plate: Target, rung: PlateRung, scale: tuple[float, float, float], sources: Sources | None
+    plate: Target, rung: PlateRung, scale: tuple[float, tuple[float, float], float], sources: Sources | None
 ) -> tuple[list[HalfSurface], tuple[int, ...], float]:
     """Return two divisions of a plate's surface, the finer first, their cells' parts, and the error over the last step.
 
     `scale` is the distance to the coils, how far from the middle these call for small cells, and the length on which
     their field changes [m]. TooLarge where they do not fit, SceneError where they take too long.
     """
-    (distance, reach, length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
+    (distance, (reach, far), length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
     counts = _LEVELS["smooth" if smooth else "outline"]
     finer = counts[1] / counts[0]
     largest = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * width)
     largest *= math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
-    along = replace(_ALONG, first=first, largest=largest, reach=reach)
+    along = replace(_ALONG, first=first, largest=largest, reach=reach, far=far)
     plans = _plans(plate, along, counts)
     heights = replace(_ALONG, first=first, largest=plate.thickness).coarser(counts[1])
     surfaces = [surface(plan, graded_axis(plate.thickness / 2, replace(heights, parts=parts)))
