@@ -148,7 +148,7 @@ class Sheets:
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
-        """Return the plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""
+        """Return plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
         found = [*((part.gap, part.anchor) for part in parts), target_room(self.like or self.sensor, parts[0])]
         if self.steady:
