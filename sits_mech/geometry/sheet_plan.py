@@ -41,10 +41,10 @@ class Grading:
     reach: float = np.inf  # from the middle; cells beyond may slowly outgrow the largest [m]
     far: float = np.inf  # the same; cells beyond grow like their distance, those at a rim too [m]
 
-    def coarser(self, factor: float) -> Grading:
-        """Return the sizes of cells so many times coarser on the same map."""
+    def coarser(self, factor: float, parts: int = 1) -> Grading:
+        """Return the sizes of cells so many times coarser on the same map, divided into parts."""
         first = self.first * (self.growth**factor - 1.0) / (self.growth - 1.0)
-        return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest)
+        return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest, parts=parts)
 
     def size(self, away: Array) -> Array:
         """Return the size that cells must not exceed some way from the middle [m]."""

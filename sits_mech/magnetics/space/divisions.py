@@ -176,7 +176,7 @@ def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Fami
     cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], reach) / largest)))  # of a quarter, at least
     _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
     along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=reach, far=far)
-    plans = {m: _plan(target, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
+    plans = {m: target_plan(target, along.coarser(_LEVELS[0], m), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
@@ -225,20 +225,15 @@ def _near_cost(
     return float(making.max()), _REDUCED * float(classes @ u**3)
 
 
-def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
-    """Return a level of a family, from the sizes of its cells on a nominal level."""
-    return replace(sizes.coarser(nominal), parts=parts)
-
-
 def _interfaces(half: float, depth: float, parts: int) -> Array:
     """Return interfaces of the sheets of the upper half of a plate [m]."""
     if half < _SINGLE * depth:
         return np.array([0.0, half])
-    return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
+    return graded_axis(half, replace(_ACROSS, first=_ACROSS.first * depth).coarser(_LEVELS[1], parts))
 
 
-def _plan(target: Target, grading: Grading, orders: int) -> CellPlan:
-    """Return the division of the target's outline."""
+def target_plan(target: Target, grading: Grading, orders: int) -> CellPlan:
+    """Return the division of the target's outline, of a disc in angular orders up to some."""
     if target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
     if target.is_round:
