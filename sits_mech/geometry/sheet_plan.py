@@ -20,7 +20,7 @@ import numpy as np
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
 _BEYOND = 0.4  # growth of cells per length beyond the reach
-_FAR, _FAR_RIM = 5.0, 0.5  # the same far off, more, and of cells at a rim there
+_FAR, _FAR_RIM = 5.0, 0.5  # more of it far off, and that of cells at a rim there: `test_models`, discs of 60 mm
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
 _SECTORS = 4, 16  # of a disc, at least and at most, times the parts
 
@@ -30,7 +30,7 @@ class Grading:
     """Sizes of a plate's cells.
 
     At a distance d from the rim a cell has the size ``h = 1 / (1/h_in + 1/(a + b d))``, with ``b = ln(growth)`` and a
-    such that the cell at the rim is `first`; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
+    such that the cell at the rim is `first`, or far off in proportion to its distance; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
     on which cells are divided further: the levels of one family.
     """
 

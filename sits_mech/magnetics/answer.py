@@ -47,8 +47,6 @@ from sits_mech.quantities import (
 from sits_mech.scene.sensor import Sensor
 
 _NEAR = 0.25  # octaves of clearance over which two preparations share
-STEADY = 2.0**_NEAR
-"""The anchor of which step 0 is prepared for 1, and serves alone from it on."""
 _UP = 0.15  # decades of frequency over which two share
 _FREQUENCY = 2.5e7  # a top, f_0 [Hz]
 

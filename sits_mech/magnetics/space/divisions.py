@@ -92,13 +92,11 @@ class _Family:
 
 
 @latest(12)
-def prepared(
-    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None
-) -> tuple[Sheeted, ...]:
+def prepared(target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
-    target's middle the coils' currents call for small cells, and the length on which their field changes [m]. A
+    target's middle cells are small, and grow slowly, and the length on which the coils' field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
@@ -133,9 +131,7 @@ def prepared_near(
     )
 
 
-def _fitting_family(
-    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]
-) -> _Family:
+def _fitting_family(target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
     give_back()  # what plates before took
     seen, become = way

@@ -11,7 +11,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import PlacedPlate
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.answer import STEADY
+from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
@@ -48,15 +48,14 @@ class PlateRequest:
 
 
 def target_room(sensor: Sensor, part: PlacedPlate) -> tuple[Array, float]:
-    """Return a target's room for its travel (p,), and its anchor, as gaps have them: for `answer.clearances`.
+    """Return a target's room for its travel (p,), and its anchor, as of `answer.clearances`.
 
-    Cells grow from 2 w / room on, w the farthest winding from the middle; 1 serves a travel up to w, and plates up to
-    2 w from there to the rim at any.
+    Cells grow from 2 w / room on, w the farthest winding from the middle: a room of 1 serves a travel up to w.
     """
-    wide, plate = farthest_winding(sensor.coils, None), sensor.target
+    wide, plate, steady = farthest_winding(sensor.coils, None), sensor.target, 1.0 / clearance_of(0, 1.0)
     large = plate is not None and max(plate.extent) > 4.0 * wide
     aside = large * np.linalg.norm(part.places[:, :2], axis=1) + 0.0 * part.gap
-    return STEADY / (1.0 + np.maximum(0.0, aside - wide) / (2.0 * wide)), STEADY
+    return steady / (1.0 + np.maximum(0.0, aside - wide) / (2.0 * wide)), steady
 
 
 @dataclass(frozen=True)
@@ -117,10 +116,7 @@ def _field_on(
 def divided_plate(
     sensor: Sensor, part: PlateRequest, rung: PlateRung, clear: tuple[float, ...], frequency: tuple[float, float]
 ) -> Divided:
-    """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
-
-    `clear` has these, and the room for a target's travel.
-    """
+    """Prepare a plate for clearances from coils and from fixed plates on, a target's room, and up to a frequency."""
     plate, sources, metal = part.plate, part.sources, part.plate.metal
     _check_hole(plate, frequency[0])
     if part.susceptibility != 0.0:
