@@ -30,8 +30,8 @@ class Grading:
     """Sizes of a plate's cells.
 
     At a distance d from the rim a cell has the size ``h = 1 / (1/h_in + 1/(a + b d))``, with ``b = ln(growth)`` and a
-    such that the cell at the rim is `first`, or far off in proportion to its distance; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
-    on which cells are divided further: the levels of one family.
+    such that the cell at the rim is `first`, or far off grows with its distance; nodes stand at equal steps of the
+    integral of 1/h. That is a smooth map, on which cells are divided further: the levels of one family.
     """
 
     first: float  # smallest cell, at the rim [m]

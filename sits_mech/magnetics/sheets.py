@@ -46,8 +46,7 @@ from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import FieldRequest as Field
-from sits_mech.magnetics.space.fields import HELD
-from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
+from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, field_of_all
 from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
 from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
@@ -228,7 +227,7 @@ class Sheets:
         limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close)
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
-            uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)
+            uneven = None if asked is None else field_of_all(parts, plates, seen, frequency[0], asked)
         else:
             alone = plates[0].divisions
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
@@ -277,19 +276,6 @@ def not_representable(sensor: Sensor) -> Refusal | None:
             )
             return Refusal(f"{name}.{key}", f"be left out for sheets where a {what}", f"{got:g}")
     return overlapping(sensor)
-
-
-def _field_of_all(
-    parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float, asked: Field
-) -> Complex:
-    """Return what is asked of the field of plates, each by the coils alone, some poses after others."""
-    found, step = list[Complex](), max(1, HELD // (asked.points.size * len(seen.coils)))
-    each = [replace(seen, turns=part.turns, places=part.places) for part in parts]
-    for first in range(0, len(seen.places), step):
-        some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
-        B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
-        found.append(asked.of(np.asarray(sum(B))))
-    return np.concatenate(found, axis=1)
 
 
 def _errors(
