@@ -25,7 +25,7 @@ def draw_currents(path: Path, rung: PlateRung) -> None:
     places = [f'coils.{name}.centre=["{x} mm", "0 mm"]' for name, x in (("C1", 0), ("C2", 30))]
     sensor = load_sensor("biorob2018", ['target.width="8 mm"', *places])
     gap, omega = 2e-4, 1e7 * np.pi
-    plate = prepared_near(sensor.target, rung, (gap, 5e6, 5e-3, 1.5e-3))[0]
+    plate = prepared_near(sensor.target, rung, (gap, 5e6, (5e-3, 5e-3), 1.5e-3))[0]
     cells = plate.cells
     driving = cells.means(cells.along(Posed(sensor.coils[:1], "rings", np.eye(3)[None], np.array([[0.0, 0.0, gap]]))))
     middles = (cells.levels[1:] + cells.levels[:-1]) / 2

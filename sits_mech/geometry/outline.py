@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import BEYOND, CellPlan, Grading, graded_axis
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
@@ -224,21 +224,19 @@ def _lattice(cores: list[Array], grading: Grading) -> Array:
     """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
     low, high = cores[0].min(0), cores[0].max(0)
     from scipy.spatial import cKDTree
-    border, found, start = cKDTree(np.vstack(cores)), [np.empty((0, 2))], 0.0
+    border, found = cKDTree(np.vstack(cores)), [np.empty((0, 2))]
     length = sum(np.linalg.norm(core - np.roll(core, 1, axis=0), axis=1).sum() for core in cores)
     width = 2.0 * sum(map(signed_area, cores)) / length
     for level in range(_LEVELS):
         spacing = min(_TRIANGLE * grading.largest, _ROWS * width) * 2.0**level / grading.parts
-        end = grading.reach + (2.0 ** (level + 1) - 1.0) * grading.largest / BEYOND
         rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
         columns = np.arange(low[0] - spacing, high[0], spacing)
         x = columns + spacing / 2 * (np.arange(rows.size)[:, None] % 2)
         points = np.column_stack([x.ravel(), np.repeat(rows, columns.size)])
-        away = np.abs(points).max(axis=1, initial=0.0)
-        points = points[(away >= start) & (away < end) & inside_loops(cores, points)]
+        doublings = np.log2(grading.size(np.abs(points).max(axis=1, initial=0.0)) / grading.largest)
+        points = points[(np.floor(doublings) == level) & inside_loops(cores, points)]
         distance, _ = border.query(points) if points.size else (np.zeros(0), None)
         found.append(points[distance > _OFF * spacing])
-        if away.size == 0 or away.max() < end:
+        if doublings.size == 0 or doublings.max() < level + 1:
             break
-        start = end
     return np.vstack(found)

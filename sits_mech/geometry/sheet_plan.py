@@ -19,8 +19,8 @@ import numpy as np
 
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
-BEYOND = 0.4
-"""Growth of cells per length beyond the reach."""
+_BEYOND = 0.4  # growth of cells per length beyond the reach
+_FAR, _FAR_RIM = 5.0, 0.5  # more of it far off, and that of cells at a rim there: `test_models`, discs of 60 mm
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
 _SECTORS = 4, 16  # of a disc, at least and at most, times the parts
 
@@ -30,8 +30,8 @@ class Grading:
     """Sizes of a plate's cells.
 
     At a distance d from the rim a cell has the size ``h = 1 / (1/h_in + 1/(a + b d))``, with ``b = ln(growth)`` and a
-    such that the cell at the rim is `first`; nodes stand at equal steps of the integral of 1/h. That is a smooth map,
-    on which cells are divided further: the levels of one family.
+    such that the cell at the rim is `first`, or far off grows with its distance; nodes stand at equal steps of the
+    integral of 1/h. That is a smooth map, on which cells are divided further: the levels of one family.
     """
 
     first: float  # smallest cell, at the rim [m]
@@ -39,15 +39,17 @@ class Grading:
     largest: float  # h_in [m]
     parts: int = 1  # of each cell along each axis, on the same map
     reach: float = np.inf  # from the middle; cells beyond may slowly outgrow the largest [m]
+    far: float = np.inf  # the same; cells beyond grow like their distance, those at a rim too [m]
 
-    def coarser(self, factor: float) -> Grading:
-        """Return the sizes of cells so many times coarser on the same map."""
+    def coarser(self, factor: float, parts: int = 1) -> Grading:
+        """Return the sizes of cells so many times coarser on the same map, divided into parts."""
         first = self.first * (self.growth**factor - 1.0) / (self.growth - 1.0)
-        return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest)
+        return replace(self, first=first, growth=self.growth**factor, largest=factor * self.largest, parts=parts)
 
     def size(self, away: Array) -> Array:
         """Return the size that cells must not exceed some way from the middle [m]."""
-        return self.largest + BEYOND * np.maximum(0.0, away - self.reach)
+        slow, fast = np.maximum(0.0, away - self.reach), np.maximum(0.0, away - self.far)
+        return self.largest + _BEYOND * slow + _FAR * fast
 
 
 @dataclass(frozen=True)
@@ -105,8 +107,9 @@ def _radii(inner: float, outer: float, grading: Grading) -> Array:
     if inner == 0.0:
         return graded_axis(outer, grading)
     middle, half = (outer + inner) / 2, (outer - inner) / 2
-    out = graded_axis(half, replace(grading, reach=max(grading.reach - middle, 0.0)))
-    back = graded_axis(half, replace(grading, reach=np.inf))
+    reach, far = (max(each - middle, 0.0) for each in (grading.reach, grading.far))
+    out = graded_axis(half, replace(grading, reach=reach, far=far))
+    back = graded_axis(half, replace(grading, reach=np.inf, far=np.inf))
     return middle + np.concatenate([-back[:0:-1], out])
 
 
@@ -133,10 +136,9 @@ def _moved(place: Array, rim: float) -> Array:
 def graded_axis(length: float, grading: Grading) -> Array:
     """Return the nodes of ``[0, length]``, finest at the end; their number is a multiple of `parts` [m]."""
     slope = np.log(grading.growth)
-    first = grading.first * slope / (grading.growth - 1.0)
+    first = grading.first * slope / (grading.growth - 1.0) + _FAR_RIM * max(0.0, length - grading.far)
     d = np.concatenate([[0.0], np.geomspace(_SMALLEST * min(first, length), length, _SAMPLES)])
-    inner = grading.largest + BEYOND * np.maximum(length - d - grading.reach, 0.0)
-    density = 1.0 / inner + 1.0 / (first + slope * d)
+    density = 1.0 / grading.size(length - d) + 1.0 / (first + slope * d)
     number = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(d))])
     count = max(1, round(number[-1])) * grading.parts
     inside = np.interp(np.arange(1, count) * (number[-1] / count), number, d)

@@ -45,9 +45,8 @@ from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import FieldRequest as Field
-from sits_mech.magnetics.space.fields import HELD
-from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions
-from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes
+from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, field_of_all
+from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
 from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
@@ -136,8 +135,8 @@ class Sheets:
             tracks = None
         found = _Change(none[0], none[1], none, none, 0)
         gaps, lowest = self._gaps(parts)
-        for clear, top, some, share in serving(gaps, frequency, lowest=lowest):
-            one = self._change([part.among(some) for part in parts], clear, (frequency, top), tracks)
+        for (*clear, room), top, some, share in serving(gaps, frequency, lowest=lowest):
+            one = self._change([part.among(some) for part in parts], clear, room, (frequency, top), tracks)
             found = found.with_share(one, some, share)
         if tracks is not None and change is not None:
             change.append(found.tracks)
@@ -147,9 +146,9 @@ class Sheets:
         return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
-        """Return the plates' gaps with their anchors, and the lowest frequency that one preparation answers [Hz]."""
+        """Return plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
-        found = [(part.gap, part.anchor) for part in parts]
+        found = [*((part.gap, part.anchor) for part in parts), target_room(self.like or self.sensor, parts[0])]
         if self.steady:
             found = [
                 (np.resize(own, gap.shape), anchor) for (own, anchor), (gap, _) in zip(self.steady, found, strict=True)
@@ -164,7 +163,7 @@ class Sheets:
         if not self.sensor.conductors:
             return self
         parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
-        return replace(self, steady=tuple((tuple(part.gap.tolist()), part.anchor) for part in parts))
+        return replace(self, steady=tuple((tuple(gap.tolist()), anchor) for gap, anchor in self._gaps(parts)[0]))
 
     def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
         """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.
@@ -196,7 +195,7 @@ class Sheets:
         return (Note.of(NoteKind.SPIRALS, share=step), *path_notes(self.sensor.coils))
 
     def _plates(
-        self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float]
+        self, parts: Sequence[PlacedPlate], clear: Sequence[float], room: float, frequency: tuple[float, float]
     ) -> tuple[list[Divided], PlateRung, tuple[Note, ...]]:
         """Return the plates as they are divided, for `_change`, the rung, and notes on finer ones."""
         asked = [part.plate for part in parts]
@@ -204,19 +203,19 @@ class Sheets:
         def divided(rung: PlateRung) -> list[Divided]:
             each = zip(map(self._kind, parts), clear, strict=True)
             own, beyond, like = replace(rung, single=self.single), min(clear[1:], default=0.0), self.like or self.sensor
-            return [divided_plate(like, kind, own, (near, beyond), frequency) for kind, near in each]
+            return [divided_plate(like, kind, own, (near, beyond, room), frequency) for kind, near in each]
 
         metals = [part.plate for part in parts if part.susceptibility == 0.0]
         halves = (plate.thickness / 2 / skin_depth(frequency[1], plate.metal.conductivity) for plate in metals)
         return fitting(self.tolerance, asked, max(halves, default=math.inf), divided)
 
     def _change(
-        self, parts: Sequence[PlacedPlate], clear: Sequence[float], frequency: tuple[float, float],
+        self, parts: Sequence[PlacedPlate], clear: Sequence[float], room: float, frequency: tuple[float, float],
         tracks: Tracks | None = None,
     ) -> _Change:
-        """Return the plates' change, each prepared for a clearance, at a frequency, prepared up to another."""
+        """Return the plates' change, each prepared for a clearance and a room, at a frequency, up to another."""
         sensor = self.sensor
-        plates, rung, large = self._plates(parts, clear, frequency)
+        plates, rung, large = self._plates(parts, clear, room, frequency)
         notes = [*large]
         for part, each in zip(parts, plates, strict=True):
             notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
@@ -227,7 +226,7 @@ class Sheets:
         limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close)
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
-            uneven = None if asked is None else _field_of_all(parts, plates, seen, frequency[0], asked)
+            uneven = None if asked is None else field_of_all(parts, plates, seen, frequency[0], asked)
         else:
             alone = plates[0].divisions
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
@@ -276,19 +275,6 @@ def not_representable(sensor: Sensor) -> Refusal | None:
             )
             return Refusal(f"{name}.{key}", f"be left out for sheets where a {what}", f"{got:g}")
     return overlapping(sensor)
-
-
-def _field_of_all(
-    parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float, asked: Field
-) -> Complex:
-    """Return what is asked of the field of plates, each by the coils alone, some poses after others."""
-    found, step = list[Complex](), max(1, HELD // (asked.points.size * len(seen.coils)))
-    each = [replace(seen, turns=part.turns, places=part.places) for part in parts]
-    for first in range(0, len(seen.places), step):
-        some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
-        B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
-        found.append(asked.of(np.asarray(sum(B))))
-    return np.concatenate(found, axis=1)
 
 
 def _errors(

@@ -13,8 +13,9 @@ from sits_mech.chain.models import MAGNETICS, Why, choose_magnetics, magnetic_mo
 from sits_mech.description import Question, total
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.sheets import sheets
 from sits_mech.notes import Omission, OmissionKind, Relative
-from sits_mech.quantities import Pose, SolveReport
+from sits_mech.quantities import Impedance, Pose, SolveReport
 from sits_mech.scene.sensor import Coil, Sensor, Target, load_sensor
 
 MM, HERTZ = 1e-3, 3e6
@@ -83,6 +84,21 @@ def test_a_steel_disc_far_larger_than_the_coil_is_a_plate() -> None:
     assert change / found.L0[0, 0] == pytest.approx(-0.2342, abs=1e-3)
     assert abs(change - float(plate.delta_L)) < 2.0 * found.error_L[0, 0] + 1e-3 * abs(change)
     assert found.report.estimated_error < 2e-2
+
+
+@pytest.mark.parametrize("frequency", [1e3, 5e6])
+def test_what_lies_far_from_the_coil_costs_little(frequency: float) -> None:
+    """60 mm of copper take no more currents than 20 mm, and are an infinite plate, moved too: within stated errors."""
+    def answer(size: float, d_h: float) -> Impedance:
+        plate = steel("rectangle", size).model_copy(update={"conductivity": 5.8e7, "relative_permeability": 1.0})
+        return sheets(scene(coil(), target=plate), 1e-1).impedance(Pose(d_h, 2 * MM), frequency)
+
+    wide, moved = answer(60.0, 0.0), answer(60.0, 8 * MM)
+    assert wide.report.unknowns <= answer(20.0, 0.0).report.unknowns
+    exact = coil_change(coil_sections(coil()), 2 * MM, frequency, [Layer(5.8e7, 0.8 * MM)])
+    for found in (wide, moved):
+        assert np.abs(found.L - found.L0 - exact.delta_L) < found.error_L < 5e-2 * np.abs(exact.delta_L)
+        assert np.abs(found.R - exact.R) < found.error_R < 0.15 * exact.R
 
 
 def test_a_steel_rectangle_is_solved_in_space() -> None:

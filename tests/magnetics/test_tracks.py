@@ -82,8 +82,8 @@ def test_b_off_the_axis_is_that_of_a_small_loop() -> None:
     reaction = model._reaction(pose, frequency).change  # coils that lie in each other have no L0 here
     expected = reaction[0, 0, 1:].imag / (2 * np.pi * frequency * np.pi * (0.1 * MM) ** 2)
     parts = placed_plates(more, rotation_matrix(pose.rotation), pose.centre)
-    clear, top, *_ = next(serving(model._gaps(parts)[0], frequency))
-    plate = model._plates(parts, clear, (frequency, top))[0][0].divisions[0]
+    (*clear, room), top, *_ = next(serving(model._gaps(parts)[0], frequency))
+    plate = model._plates(parts, clear, room, (frequency, top))[0][0].divisions[0]
     places = np.array([(*loop.centre, -loop.track_thickness / 2) for loop in loops])
     seen = Posed(sensor.coils, "rings", rotation_matrix(pose.rotation), pose.centre)
     B = plate.field(seen, frequency, places)[0, :, 2, 0]

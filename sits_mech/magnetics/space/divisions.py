@@ -60,7 +60,7 @@ _GIB = 20.0  # s of processor time that a plate of a GiB takes to prepare, some
 _REDUCED = 2e-10  # the same of a near plate's class but its kernel, over the cube of its currents: 1.1 and 1.6 seen
 _UNSEEN = 1e-3  # share of the field that may be missed
 _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
-_Scale = tuple[float, float, float, float]  # as of `prepared`
+_Scale = tuple[float, float, tuple[float, float], float]  # as of `prepared`
 
 
 class Seen(Enum):
@@ -92,13 +92,11 @@ class _Family:
 
 
 @latest(12)
-def prepared(
-    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None
-) -> tuple[Sheeted, ...]:
+def prepared(target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
-    target's middle the coils' currents call for small cells, and the length on which their field changes [m]. A
+    target's middle cells are small, and grow slowly, and the length on which the coils' field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
     so that differences are free of what other divisions change. TooLarge before the first large array.
     """
@@ -133,9 +131,7 @@ def prepared_near(
     )
 
 
-def _fitting_family(
-    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]
-) -> _Family:
+def _fitting_family(target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]) -> _Family:
     """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
     give_back()  # what plates before took
     seen, become = way
@@ -168,15 +164,15 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
 def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
     """Return a plate's divisions, as in `prepared`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
-    box = field_box(target, clearance, rung)
-    half, width = target.thickness / 2, min(float(box.half[:2].min()), scale[2])
+    box, (reach, far) = field_box(target, clearance, rung), scale[2]
+    half, width = target.thickness / 2, min(float(box.half[:2].min()), reach)
     least = min(_DEEPEST * half, _NARROWEST * float(box.half[:2].min()))
     highest, depth = 2 * np.pi * scale[1] * min(1.0, depth / least) ** 2, max(depth, least)
     largest = max(min(_ALONG.largest * scale[3], _WIDEST * width), _FINEST * width)
-    cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], scale[2]) / largest)))  # of a quarter, at least
+    cells = float(np.prod(np.maximum(1.0, np.minimum(box.half[:2], reach) / largest)))  # of a quarter, at least
     _check_memory(box, 4.0 * cells, 64.0 * cells**2)  # before there are any
-    along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=scale[2])
-    plans = {m: _plan(target, _level(along, m, _LEVELS[0]), max(box.order[:2])) for m in rung.along}
+    along = Grading(min(_ALONG.first * depth, largest), _ALONG.growth, largest, reach=reach, far=far)
+    plans = {m: target_plan(target, along.coarser(_LEVELS[0], m), max(box.order[:2])) for m in rung.along}
     sheets = {m: _interfaces(half, depth, m) for m in rung.across}
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
@@ -225,20 +221,15 @@ def _near_cost(
     return float(making.max()), _REDUCED * float(classes @ u**3)
 
 
-def _level(sizes: Grading, parts: int, nominal: float) -> Grading:
-    """Return a level of a family, from the sizes of its cells on a nominal level."""
-    return replace(sizes.coarser(nominal), parts=parts)
-
-
 def _interfaces(half: float, depth: float, parts: int) -> Array:
     """Return interfaces of the sheets of the upper half of a plate [m]."""
     if half < _SINGLE * depth:
         return np.array([0.0, half])
-    return graded_axis(half, _level(replace(_ACROSS, first=_ACROSS.first * depth), parts, _LEVELS[1]))
+    return graded_axis(half, replace(_ACROSS, first=_ACROSS.first * depth).coarser(_LEVELS[1], parts))
 
 
-def _plan(target: Target, grading: Grading, orders: int) -> CellPlan:
-    """Return the division of the target's outline."""
+def target_plan(target: Target, grading: Grading, orders: int) -> CellPlan:
+    """Return the division of the target's outline, of a disc in angular orders up to some."""
     if target.shape == "rectangle":
         return rectangle_plan(*target.extent, grading)
     if target.is_round:

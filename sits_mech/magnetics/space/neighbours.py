@@ -23,7 +23,7 @@ Range: plates whose boxes do not overlap; the boxes' polynomials know the smalle
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -32,8 +32,10 @@ from scipy.constants import mu_0
 from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
-from sits_mech.magnetics.space.far import DividedPlate, Far, Moving, responses, seen_from
-from sits_mech.magnetics.space.fields import Blocks, row_places
+from sits_mech.geometry.collision import PlacedPlate
+from sits_mech.magnetics.space.far import DividedPlate, Far, FieldRequest, Moving, responses, seen_from
+from sits_mech.magnetics.space.fields import HELD, Blocks, row_places
+from sits_mech.magnetics.space.plates import Divided
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex
@@ -176,3 +178,16 @@ def _back(V: Complex, Y: Complex, P: Array, S: _Together, h: Complex) -> tuple[C
         new = new[:, :0] if enough else np.linalg.qr(np.hstack([V, left]))[0][:, V.shape[1] :]
     y = BV @ c
     return V, y.T @ h + left.T @ y
+
+
+def field_of_all(
+    parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float, asked: FieldRequest
+) -> Complex:
+    """Return what is asked of the field of plates, each by the coils alone, some poses after others."""
+    found, step = list[Complex](), max(1, HELD // (asked.points.size * len(seen.coils)))
+    each = [replace(seen, turns=part.turns, places=part.places) for part in parts]
+    for first in range(0, len(seen.places), step):
+        some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
+        B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
+        found.append(asked.of(np.asarray(sum(B))))
+    return np.concatenate(found, axis=1)

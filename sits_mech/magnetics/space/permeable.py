@@ -166,7 +166,7 @@ def _potentials(whole: _Prepared, part: HalfSurface, seen: Posed) -> Array:
 @latest(24)
 def prepared_permeable(
     plate: Target, susceptibility: complex, rung: PlateRung,
-    scale: tuple[float, float, float], seen: tuple[float, Sources | None],
+    scale: tuple[float, tuple[float, float], float], seen: tuple[float, Sources | None],
 ) -> tuple[Permeable, ...]:
     """Return all parts of a permeable plate's answer.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from sits_mech.geometry.collision import PlacedPlate
 from sits_mech.geometry.windings import kinds_of
+from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
@@ -18,7 +19,7 @@ from sits_mech.magnetics.space.permeable import prepared_permeable
 from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
 from sits_mech.magnetics.space.sources import Sources, farthest_winding
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import tensor_grid
+from sits_mech.quantities import Array, tensor_grid
 from sits_mech.scene.sensor import Coil, Conductor, SceneError, Sensor, Target
 
 _GRID, _STEP = 17, 1e-4  # places along a side: 1.3 % from 0.2 mm on, 20 mm wide; steps of A, over the narrower side
@@ -35,14 +36,26 @@ class PlateRequest:
     sources: Sources | None
     become: Target | None
 
-    def lengths(self, sensor: Sensor, clear: tuple[float, float], near: bool) -> tuple[float, float]:
-        """Return how far currents of coils call for small cells, and the length on which fields change [m]."""
+    def lengths(self, sensor: Sensor, clear: tuple[float, ...], near: bool) -> tuple[tuple[float, float], float]:
+        """Return how far currents of coils call for small cells and for some, and how long their fields are [m]."""
         clearance, deep = clear[0], 0.0 if near and not self.sources else self.plate.thickness / 2
         if self.sources is not None:
             clearance = self.sources.distance
         length = min(field_length(coil, clearance + deep) for coil in kinds_of(sensor.coils)[0])
         others = _PLATES * (clear[0] + self.plate.thickness / 2) if sensor.conductors else length
-        return farthest_winding(sensor.coils, self.sources) + 2 * clearance, min(length, others)
+        wide, deep = farthest_winding(sensor.coils, self.sources), 2 * clearance
+        return (wide + deep, 2.0 * wide / (1.0 if self.sources else clear[2]) + deep), min(length, others)
+
+
+def target_room(sensor: Sensor, part: PlacedPlate) -> tuple[Array, float]:
+    """Return a target's room for its travel (p,), and its anchor, as of `answer.clearances`.
+
+    Cells grow from 2 w / room on, w the farthest winding from the middle: a room of 1 serves a travel up to w.
+    """
+    wide, plate, steady = farthest_winding(sensor.coils, None), sensor.target, 1.0 / clearance_of(0, 1.0)
+    large = plate is not None and max(plate.extent) > 4.0 * wide
+    aside = large * np.linalg.norm(part.places[:, :2], axis=1) + 0.0 * part.gap
+    return steady / (1.0 + np.maximum(0.0, aside - wide) / (2.0 * wide)), steady
 
 
 @dataclass(frozen=True)
@@ -101,12 +114,9 @@ def _field_on(
 
 
 def divided_plate(
-    sensor: Sensor, part: PlateRequest, rung: PlateRung, clear: tuple[float, float], frequency: tuple[float, float]
+    sensor: Sensor, part: PlateRequest, rung: PlateRung, clear: tuple[float, ...], frequency: tuple[float, float]
 ) -> Divided:
-    """Prepare a plate for clearances from one on, from fixed plates from another on, and a frequency below another.
-
-    The coils are given if it stands still.
-    """
+    """Prepare a plate for clearances from coils and from fixed plates on, a target's room, and up to a frequency."""
     plate, sources, metal = part.plate, part.sources, part.plate.metal
     _check_hole(plate, frequency[0])
     if part.susceptibility != 0.0:

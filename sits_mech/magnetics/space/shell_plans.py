@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, graded_axis, rectangle_plan
 from sits_mech.magnetics.coils.ring_field import check_straight
+from sits_mech.magnetics.space.divisions import target_plan
 from sits_mech.magnetics.space.rungs import PlateRung, TooLarge
 from sits_mech.magnetics.space.shells import HalfSurface, shell_classes, surface
 from sits_mech.magnetics.space.sources import Sources
@@ -34,23 +34,23 @@ _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far awa
 
 
 def divided_surfaces(
-    plate: Target, rung: PlateRung, scale: tuple[float, float, float], sources: Sources | None
+    plate: Target, rung: PlateRung, scale: tuple[float, tuple[float, float], float], sources: Sources | None
 ) -> tuple[list[HalfSurface], tuple[int, ...], float]:
     """Return two divisions of a plate's surface, the finer first, their cells' parts, and the error over the last step.
 
     `scale` is the distance to the coils, how far from the middle these call for small cells, and the length on which
     their field changes [m]. TooLarge where they do not fit, SceneError where they take too long.
     """
-    (distance, reach, length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
+    (distance, (reach, far), length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
     counts = _LEVELS["smooth" if smooth else "outline"]
     finer = counts[1] / counts[0]
     largest = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * width)
     largest *= math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
-    along = replace(_ALONG, first=first, largest=largest, reach=reach)
+    along = replace(_ALONG, first=first, largest=largest, reach=reach, far=far)
     plans = _plans(plate, along, counts)
-    heights = replace(_ALONG, first=first, largest=plate.thickness).coarser(counts[1])
-    surfaces = [surface(plan, graded_axis(plate.thickness / 2, replace(heights, parts=parts)))
+    heights = replace(_ALONG, first=first, largest=plate.thickness)
+    surfaces = [surface(plan, graded_axis(plate.thickness / 2, heights.coarser(counts[1], parts)))
                 for plan, parts in zip(plans, counts, strict=True)]
     _check(surfaces[0], sources)
     return surfaces, counts, _LEFT[smooth] * max(1.0, finer * largest / (_SHOWN * distance)) ** 2
@@ -58,16 +58,13 @@ def divided_surfaces(
 
 def _plans(plate: Target, along: Grading, counts: tuple[int, ...]) -> list[CellPlan]:
     """Return the divisions of a plate's face; a disc's have the angular orders that the coarser one's sectors tell."""
-    sizes = [replace(along.coarser(counts[1]), parts=parts) for parts in counts]
-    if plate.shape == "rectangle":
-        return [rectangle_plan(*plate.extent, each) for each in sizes]
+    sizes, orders = [along.coarser(counts[1], parts) for parts in counts], 0
     if plate.is_round:
         wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * along.largest)
         more = int(np.clip(math.ceil(wide), 1, _MORE))
-        sizes = [replace(along.coarser(more * counts[1]), parts=more * parts) for parts in counts]
+        sizes = [along.coarser(more * counts[1], more * parts) for parts in counts]
         orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=plate.hole).group) // 2 - 1
-        return [disc_plan(plate.extent[0], each, orders=orders, inner=plate.hole) for each in sizes]
-    return [outline_plan(target_outline(plate), each) for each in sizes]
+    return [target_plan(plate, each, orders) for each in sizes]
 
 
 def _check(part: HalfSurface, sources: Sources | None) -> None:

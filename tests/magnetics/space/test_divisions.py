@@ -101,7 +101,7 @@ def family(target: Any, tolerance: float, seen: Seen = Seen.POLYNOMIALS) -> Any:
     """Divisions of a target; by default of the catalogue's."""
     target = load_sensor("biorob2018").target if target is None else target
     rung = rungs_for(tolerance, [target])[0]
-    return _family(target, rung, (1.5e-3, 1e7, 8e-3, 2e-3), seen)
+    return _family(target, rung, (1.5e-3, 1e7, (8e-3, 8e-3), 2e-3), seen)
 
 
 def peak(run: Callable[[], object]) -> int:
@@ -172,7 +172,7 @@ def test_the_time_of_prisms_is_known_before_it_is_taken(monkeypatch: pytest.Monk
 
 def test_cells_without_number_are_refused_before_they_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A strip a nanometre wide: counting its cells, some 1e8, took 18 GiB where 4 are the limit."""
-    monkeypatch.setattr(divisions, "_plan", None)  # is not reached
+    monkeypatch.setattr(divisions, "target_plan", None)  # is not reached
     model = sheets(load_sensor("biorob2018", ['target.width="1 nm"']), 0.1)
     with pytest.raises(TooLarge, match=r"^memory: \d{7,} cells of the plate of 1e-06 x 8 mm take some"):
         model.impedance(Pose(0.0, 2e-3), 5e6)

@@ -10,14 +10,14 @@ from sits_mech.magnetics.space.rungs import LADDER, ImpedanceLimit, PlateRung
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
 
-SCALE = (1.5e-3, 2.5e7, 12e-3, 2e-3)
+SCALE = (1.5e-3, 2.5e7, (12e-3, 12e-3), 2e-3)
 
 
 @pytest.mark.slow
 def test_divisions_share_their_fields() -> None:
     target = load_sensor("biorob2018").target
     assert target is not None
-    fine, coarse = prepared(target, LADDER[0][1], (2.0**-9, 1e6, 12e-3, 2e-3))[:3:2]
+    fine, coarse = prepared(target, LADDER[0][1], (2.0**-9, 1e6, (12e-3, 12e-3), 2e-3))[:3:2]
     assert fine.bases == coarse.bases and fine.unknowns > 2 * coarse.unknowns
     assert [part.coupling.shape[0] for part in fine.classes] == [part.coupling.shape[0] for part in coarse.classes]
 
@@ -42,7 +42,7 @@ def test_one_preparation_answers_all_frequencies() -> None:
     sensor, rung = load_sensor("biorob2018"), LADDER[2][1]
     assert sensor.target is not None
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 2e-3]]))
-    wide, narrow = (prepared(sensor.target, rung, (1.5e-3, top, 12e-3, 2e-3)) for top in (2.5e7, 4e6))
+    wide, narrow = (prepared(sensor.target, rung, (1.5e-3, top, (12e-3, 12e-3), 2e-3)) for top in (2.5e7, 4e6))
     for f, thick in ((1e6, 3.0), (1e4, 0.3)):
         one, two = (
             plates[0].reactions(plates, seen, f, ImpedanceLimit(rung, thick, 0.1))[0][0] for plates in (wide, narrow)

@@ -115,7 +115,7 @@ def test_reciprocal_before_it_is_made_so_and_passive():
     sensor = scene(BESIDE, plate(-8.0, 3.5, 4.0, name="third"))
     tilt = np.array([[np.cos(0.1), 0.0, np.sin(0.1)], [0.0, 1.0, 0.0], [-np.sin(0.1), 0.0, np.cos(0.1)]])
     plates = placed_plates(sensor, tilt[None], np.array([[0.5 * MM, 0.0, 2.5 * MM]]))
-    scale = (2.0**-10, 1e7, 9 * MM, 1.5 * MM)
+    scale = (2.0**-10, 1e7, (9 * MM, 9 * MM), 1.5 * MM)
     target = prepared(plates[0].plate, LADDER[0][1], scale)
     fixed = [
         prepared_near(p.plate, LADDER[0][1], scale, Sources(sensor.coils, "rings", p.middle, p.windings))

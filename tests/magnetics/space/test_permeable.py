@@ -104,7 +104,7 @@ def ferrite(mu: complex, thickness: float, step: int = 0) -> tuple[Permeable, ..
     """A square of 10 mm, 0.5 mm behind a published coil."""
     own = plate(thickness, 1e-6, mu.real, width=10.0, length=10.0)
     place = (0.0, 0.0, -COIL.height - (0.5 + thickness / 2) * MM)
-    scale = 0.5 * MM, 6 * MM, field_length(COIL, (0.5 + thickness / 2) * MM)
+    scale = 0.5 * MM, (6 * MM, 6 * MM), field_length(COIL, (0.5 + thickness / 2) * MM)
     return prepared_permeable(as_plate(fixed(0.0, own)), mu - 1.0, LADDER[step][1], scale,
                               (3 * MM, Sources((COIL,), "rings", place, 0.5 * MM)))
 
