@@ -167,8 +167,9 @@ class ImpedanceLimit:
     `thickness` of the plate and `finest`, the skin depth for which it is divided, are over the skin depth; `close` says
     whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
     square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
-    that of R falls much faster in few cells, less than four parts, that of L between both: the error is a share of what
-    is between. Where the levels along are two, their whole rest is its error; where cells are few, all rests at least.
+    that of R falls much faster in few cells, less than four parts, that of L, but close to coils, between both: the
+    error is a share of what is between. Where the levels along are two, their whole rest is its error; where cells are
+    few, all rests at least.
     """
 
     rung: PlateRung
@@ -189,7 +190,7 @@ class ImpedanceLimit:
     def _rest(self, d1: Complex, d2: Complex) -> Complex:
         """Return what is added along the plate to the last of three levels, by their differences."""
         along = self.rung.along
-        faster, more = (each * self.crowded for each in _FASTER)
+        faster, more = _FASTER[0] * self.crowded, _FASTER[1] * self.crowded * (not self.close)
         of_R = remainder(along, _ORDER + faster * (along[0] < _STEM))
         of_L = (remainder(along, _ORDER) + remainder(along, _ORDER + more)) / 2.0
         third = (1.0 - self.thick) * next_term(d1, d2, along, _ORDER)
