@@ -311,8 +311,8 @@ def _limit(
     opened = 2.0 * (limit(poses, sink=sink).value - limit(poses).value) / (sink or 1.0)
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
-        value, each, _ = limit([each[:, column] * lever for each in values], sink=sink)
-        error = errors_of(_OWNS * each + beyond * np.abs(value), family.levels.share)
+        value, off, _ = limit([each[:, column] * lever for each in values], sink=sink)
+        error = errors_of(_OWNS * off + beyond * np.abs(value), family.levels.share)
         found[:, :, column] = np.stack([value - opened * values[1][1, column], error]) / lever
     return found[0] * unit, found[1] * unit
 
