@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,10 @@ from sits_mech.status import EXIT_DOUBTFUL, EXIT_NO_ANSWER, counted, exit_code
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.figure import Figure
+
     from sits_mech.cases import Progress
-    from sits_mech.quantities import Wrench
+    from sits_mech.quantities import SolveFailed, Wrench
     from sits_mech.scene.sensor import Sensor
 
 QUIET = ContextVar("QUIET", default=False)
@@ -26,7 +28,7 @@ _EVERY = 2.0  # seconds between lines on how far a load is
 _LONG = 10.0  # seconds that a step is to take from which on it is said beforehand: as long as one waits without a sign
 
 
-def not_converged(error: Any, as_json: bool, whole: bool = False) -> int:
+def not_converged(error: SolveFailed, as_json: bool, *, whole: bool) -> int:
     """Print what was reached, of a `whole` chain or of one solve, and say that it is not the answer."""
     from sits_mech.report.records import failure_record
     from sits_mech.report.tables.solves import equilibrium_table
@@ -91,6 +93,15 @@ def deliver(text: str, output: Path | None) -> None:
     else:
         write_text(output, text)
         warn(f"written to {output}")
+
+
+def deliver_picture(path: Path | None, draw: Callable[[], Figure]) -> None:
+    """Draw a figure into a file where one is asked for, and say so."""
+    from sits_mech.report.pictures.style import save_figure
+
+    if path is not None:
+        save_figure(draw(), path)
+        warn(f"written to {path}")
 
 
 def kept_promise(planned: tuple[float, float], took: tuple[float, float], whole: float = 0.0) -> str:

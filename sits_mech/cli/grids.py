@@ -17,7 +17,6 @@ from sits_mech.cli.console import (
     answer,
     exit_code_of,
     kept_promise,
-    not_converged,
     print_table,
     print_written,
     progress_bar,
@@ -78,7 +77,6 @@ def calibrate(
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated
-    from sits_mech.quantities import SolveFailed
     from sits_mech.readout.loads import varied
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
     from sits_mech.report.written import write_calibration
@@ -86,14 +84,11 @@ def calibrate(
 
     components = loads.borne(sensor, components, models.mechanics)
     began = process_time()
-    try:
-        with claimed(folder), progress_bar("loads") as progress:
-            data = calibrated(
-                sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift,
-                best=best,
-            )
-    except SolveFailed as error:
-        return not_converged(error, as_json)
+    with claimed(folder), progress_bar("loads") as progress:
+        data = calibrated(
+            sensor, **components, **asdict(models), progress=progress, folder=cases_folder(folder), drift=drift,
+            best=best,
+        )
     took = process_time() - began
     notes = write_calibration(sensor, data, folder)
     missing, said = failures(data), []

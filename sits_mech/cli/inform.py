@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, print_table, solving, warn
+from sits_mech.cli.console import answer, deliver, deliver_picture, print_table, solving, warn
 from sits_mech.cli.options import (
     Json,
     Load,
@@ -199,14 +200,13 @@ def fit(
     """
     from sits_mech.report.folder import checked_picture
 
-    picture = None if output is None else checked_picture(output)
+    output = output and checked_picture(output)
     for path, kind in ((tensile, "tensile"), (relaxation, "relaxation"), (cyclic, "cyclic")):
         if path is not None:
             check_readable(path, f"a readable {kind} test")
 
     from sits_mech.analysis.material.fitted import fit_tests
     from sits_mech.analysis.material.tensile import Sizes, read_tensile
-    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.plots.fit import fit_figure, fitted_tables, read_figure, read_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.silicone.material import Silicone, implausible
@@ -221,9 +221,7 @@ def fit(
         if tensile is None:
             raise SceneError("--show: must have a tensile test; got none")
         test = read_tensile(tensile, given)
-        if picture is not None:
-            save_figure(read_figure(test), picture)
-            warn(f"written to {picture}")
+        deliver_picture(output, lambda: read_figure(test))
         rows = read_rows(test)
         answer({"source": test.source, "found": [list(row) for row in rows]}, [key_table(test.source, rows)], as_json)
         return 0
@@ -231,10 +229,9 @@ def fit(
     if found.fit is not None:
         slips = implausible(Silicone("", found.fit.law, found.fit.constants, math.inf))  # a fit tells no bulk modulus
         found = replace(found, fit=replace(found.fit, notes=(*found.fit.notes, *slips)))
-    if picture is not None:
+    if output is not None:
         if found.fit is None or found.test is None:
             raise SceneError("-o: must have a tensile or a cyclic test to draw; got a relaxation test alone")
-        save_figure(fit_figure(found.test, found.fit), picture)
-        warn(f"written to {picture}")
+        deliver_picture(output, partial(fit_figure, found.test, found.fit))
     answer(found.record, fitted_tables(found), as_json)
     return 0

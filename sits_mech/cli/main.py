@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from sits_mech.cli.console import QUIET, logged, print_fault, warn
+from sits_mech.cli.console import QUIET, logged, not_converged, print_fault, warn
 from sits_mech.cli.kept_help import asks_help, keep_help, kept_help
 from sits_mech.disk_cache import keep_by_default
 
@@ -109,6 +109,12 @@ def _answered(words: list[str]) -> int:
             asked(console=console)
     except CycloptsError as error:
         raise ValueError(str(error)) from None
+    except Exception as error:
+        from sits_mech.quantities import SolveFailed  # numpy comes with it
+
+        if not isinstance(error, SolveFailed):
+            raise
+        return not_converged(error, "--json" in words, whole=words[0] == "simulate")
     keep_help(words, shown.get())
     sys.stdout.write(shown.get())
     return 0

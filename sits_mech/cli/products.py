@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, deliver, not_converged, print_written, progress_bar, warn
+from sits_mech.cli.console import answer, deliver, deliver_picture, print_written, progress_bar, warn
 from sits_mech.cli.options import (
     Case,
     Folder,
@@ -57,13 +57,9 @@ def view(
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
-    from sits_mech.quantities import SolveFailed
     from sits_mech.report.pictures.request import PictureSettings, draw
 
-    try:
-        draw(kind, sensor, PictureSettings(load.wrench(sensor), pose, hertz, coil, show or "displacement"), path)
-    except SolveFailed as error:
-        return not_converged(error, as_json)
+    draw(kind, sensor, PictureSettings(load.wrench(sensor), pose, hertz, coil, show or "displacement"), path)
     print_written([path], as_json)
     return 0
 
@@ -110,15 +106,11 @@ def _list_coils(path: Path, output: Path | None) -> int:
     found = windings(board)
     if output is not None and output.suffix == ".toml" or not found:
         raise SceneError(f"--net, --footprint or --at: {board.name}: must name a coil; it is missing; {hint(board)}")
-    picture = None if output is None else checked_picture(output)
+    output = output and checked_picture(output)
     coils = listed(board, found)
     answer({}, [winding_table(board, coils)], False)
     warn(*board.notes)
-    if picture is not None:
-        from sits_mech.report.pictures.style import save_figure
-
-        save_figure(board_figure(board, coils), picture)
-        warn(f"written to {picture}")
+    deliver_picture(output, lambda: board_figure(board, coils))
     return 0
 
 
@@ -149,13 +141,8 @@ def export(
     sensor, data = read_calibration(folder)
 
     from sits_mech.export.source import Source
-    from sits_mech.quantities import SolveFailed
 
-    try:
-        notes = form.write(Source(sensor, data, load.wrench(sensor)), path)
-    except SolveFailed as error:
-        return not_converged(error, as_json)
-    print_written([path], as_json, notes)
+    print_written([path], as_json, form.write(Source(sensor, data, load.wrench(sensor)), path))
     return 0
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import answer, warn
+from sits_mech.cli.console import answer, deliver_picture, warn
 from sits_mech.cli.options import (
     Case,
     Clock,
@@ -223,14 +223,13 @@ def compare(
     """
     from sits_mech.report.folder import checked_picture
 
-    alone, picture = not folder.is_dir(), None if output is None else checked_picture(output)
+    alone, picture = not folder.is_dir(), output and checked_picture(output)
     if magnetics != "auto" and not alone:
         raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
     from sits_mech.analysis.bench import convention, with_idle
     from sits_mech.export import calibrations
-    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.plots.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
     from sits_mech.scene.sensor import load_sensor
@@ -241,9 +240,7 @@ def compare(
         folder, measured, free=[part.strip() for part in free.split(",")] if free else (),
         noise=si_of(noise, "H", "--noise"), magnetics=magnetics, clock=hertz, idle=idle,
     )
-    if picture is not None:
-        save_figure(comparison_figure(found, names), picture)
-        warn(f"written to {picture}")
+    deliver_picture(picture, lambda: comparison_figure(found, names))
     words = convention(read, other_idle=found.other_idle)
     rows = [("readings", words), *comparison_rows(found)]
     record = {"convention": words} | comparison_record(found, names)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import announcing, answer, exit_code_of, kept_promise, not_converged, solving, warn
+from sits_mech.cli.console import announcing, answer, deliver_picture, exit_code_of, kept_promise, solving, warn
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -60,19 +60,15 @@ def pose(
 
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags
-    from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
 
-    try:
-        with solving(sensor, loads, tolerance, mechanics, None):
-            layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
-            left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
-            layer = beside_omissions(layer, choice, tolerance, left_out)
-            found = at_rest(sensor, layer, loads[-1], via, left_out)
-    except SolveFailed as error:
-        return not_converged(error, as_json)
+    with solving(sensor, loads, tolerance, mechanics, None):
+        layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
+        left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
+        layer = beside_omissions(layer, choice, tolerance, left_out)
+        found = at_rest(sensor, layer, loads[-1], via, left_out)
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(left_out)]
     answer(equilibrium_record(found, left_out) | status_record(flags), tables, as_json)
@@ -89,7 +85,7 @@ def inductance(
 
     Example: sits-mech inductance biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 MHz"
     """
-    from sits_mech.quantities import Pose, SolveFailed, kept_report, report_of
+    from sits_mech.quantities import Pose, kept_report, report_of
 
     sensor = sensor_of(scene, overrides, temperature)
     pose = pose_of(place, overrides) if place.given or sensor.target is not None else Pose(0.0, 0.0, 0.0)
@@ -105,12 +101,9 @@ def inductance(
 
     solver, choice = magnetic_model(sensor, magnetics, tolerance, [pose])
     slowest = sensor.model_copy(update={"frequency": min(hertz)})
-    try:
-        with announcing():
-            data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None
-            found = solver.impedance(pose, min(hertz))
-    except SolveFailed as error:
-        return not_converged(error, as_json)
+    with announcing():
+        data = spectrum(sensor, solver, pose, hertz) if len(hertz) > 1 else None
+        found = solver.impedance(pose, min(hertz))
     found = replace(found, report=found.report.judged(tolerance))
     unsolved = (POSE_GIVEN, *magnetic_omissions(slowest, choice, (), (pose, found)))
     tables, names = left_out_tables(unsolved), sensor.coil_names
@@ -160,16 +153,12 @@ def simulate(
     from sits_mech.chain.models import Choice
     from sits_mech.chain.plan import magnetic_omissions
     from sits_mech.chain.simulate import simulate as simulated
-    from sits_mech.quantities import SolveFailed
     from sits_mech.report.records import simulation_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
-    try:
-        with solving(sensor, [*via, wrench], **asdict(models)):
-            found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
-    except SolveFailed as error:
-        return not_converged(error, as_json, True)
+    with solving(sensor, [*via, wrench], **asdict(models)):
+        found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
     field, shown = Choice(found.impedance.report.model), (found.equilibrium.pose, found.impedance)
     unsolved = (*found.left_out, *magnetic_omissions(sensor, field, [*via, wrench], shown))
     tables = [
@@ -192,25 +181,19 @@ def over_temperature(
     """Answer what a sensor shows under one load at some temperatures."""
     from sits_mech.report.folder import checked_picture
 
-    drawn = None if picture is None else checked_picture(picture, "--picture")
+    picture = picture and checked_picture(picture, "--picture")
 
     from sits_mech.chain.derivatives.temperature import relative_slopes
     from sits_mech.chain.simulate import simulate as simulated
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.drift import drift_figure, temperatures_record, temperatures_table
 
     coils, T = sensors[0].coil_names, [sensor.temperature for sensor in sensors]
     middle = sensors[len(sensors) // 2]
-    try:
-        found = [simulated(sensor, wrench, via=via, best=best, **asdict(models)) for sensor in sensors]
-        slopes = None if drawn is None else relative_slopes(middle, wrench, **asdict(models))
-    except SolveFailed as error:
-        return not_converged(error, as_json, True)
+    found = [simulated(sensor, wrench, via=via, best=best, **asdict(models)) for sensor in sensors]
+    if picture is not None:  # before the answer: what fails here has none
+        slopes = relative_slopes(middle, wrench, **asdict(models))
     answer(temperatures_record(T, found), [temperatures_table(coils, T, found)], as_json)
-    if drawn is not None and slopes is not None:
-        save_figure(drift_figure(coils, T, found, (middle.temperature, slopes)), drawn)
-        warn(f"written to {drawn}")
+    deliver_picture(picture, lambda: drift_figure(coils, T, found, (middle.temperature, slopes)))
     return exit_code_of([each.status for each in found], accept)
 
 
@@ -262,16 +245,13 @@ def cells(
     """
     from sits_mech.report.folder import checked_picture
 
-    drawn, press = None if picture is None else checked_picture(picture, "--picture"), quantity(load, "N", "--load")
+    picture, press = picture and checked_picture(picture, "--picture"), quantity(load, "N", "--load")
 
     from sits_mech.chain.cells import cell_crosstalk
     from sits_mech.report.cells import cells_figure, cells_record, cells_tables
-    from sits_mech.report.pictures.style import save_figure
     from sits_mech.scene.cells import load_cells
 
     found = cell_crosstalk(load_cells(scene, overrides.all), tolerance, press)
     answer(cells_record(found), cells_tables(found), as_json)
-    if drawn is not None:
-        save_figure(cells_figure(found), drawn)
-        warn(f"written to {drawn}")
+    deliver_picture(picture, lambda: cells_figure(found))
     return 0

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from sits_mech.cli.console import answer, exit_code_of, not_converged, progress_bar, warn
+from sits_mech.cli.console import answer, deliver_picture, exit_code_of, progress_bar, warn
 from sits_mech.cli.options import (
     Accept,
     Json,
@@ -36,18 +36,14 @@ def in_time(
     from sits_mech.analysis.histories.response import in_time as followed
     from sits_mech.analysis.histories.scan import checked_count, with_codes
     from sits_mech.notes import unpacked_omissions
-    from sits_mech.quantities import SolveFailed
     from sits_mech.report.folder import prepare_folder
     from sits_mech.report.history import history_record, history_table, write_history
     from sits_mech.report.tables.plan import left_out_tables
 
     loads, count = read_history(path), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
-    try:
-        with progress_bar("history [%]") as progress:
-            data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
-    except SolveFailed as error:
-        return not_converged(error, as_json, True)
+    with progress_bar("history [%]") as progress:
+        data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
     unsolved = unpacked_omissions(data.attrs["left_out"])
     answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:
@@ -73,35 +69,27 @@ def cycle(
     from sits_mech.report.folder import checked_file, checked_picture
 
     output = output and checked_file(output)
-    drawn = None if picture is None else checked_picture(picture, "--picture")
+    picture = picture and checked_picture(picture, "--picture")
     sensor, seconds = sensor_of(scene, overrides), quantity(period, "s", "--period")
     check_request(sensor, vars(load.wrench(sensor)), **asdict(models))
 
     from sits_mech.analysis.cycle import load_cycle, triangle
     from sits_mech.analysis.histories.full_cycle import full_cycle
-    from sits_mech.quantities import SolveFailed
-    from sits_mech.report.pictures.style import save_figure
     from sits_mech.report.tables.loops import difference_record, difference_table, loop_curves, loop_record, loop_table
     from sits_mech.store import save_table
 
-    try:
-        asked = sensor, load.wrench(sensor), triangle(seconds, cycles)
-        data, beside = load_cycle(*asked, **asdict(models)), None
-        if full:
-            with progress_bar("full cycle [%]") as progress:
-                beside = full_cycle(*asked, **asdict(models), progress=progress)
-    except SolveFailed as error:
-        return not_converged(error, as_json)
-    if beside is None:
+    asked = sensor, load.wrench(sensor), triangle(seconds, cycles)
+    data = load_cycle(*asked, **asdict(models))
+    if not full:
         answer(loop_record(data), [loop_table(data)], as_json)
     else:
+        with progress_bar("full cycle [%]") as progress:
+            beside = full_cycle(*asked, **asdict(models), progress=progress)
         record = loop_record(beside) | {"cheap": difference_record(data, beside)}
         answer(record, [loop_table(beside), difference_table(data, beside)], as_json)
         data = beside
     if output is not None:
         save_table(data, output)
         warn(f"written to {output}")
-    if drawn is not None:
-        save_figure(loop_curves(data), drawn)
-        warn(f"written to {drawn}")
+    deliver_picture(picture, lambda: loop_curves(data))
     return exit_code_of([data.attrs["status"]], accept)
