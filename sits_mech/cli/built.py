@@ -86,7 +86,6 @@ def adapt(
     weights: Annotated[str, Parameter(help='Of --plan: the weights at hand, "50 g, 100 g, 200 g".')] = "",
     step: Annotated[Quantity | None, Parameter(help='Of --plan: loads are multiples of it, "0.5 N".')] = None,
     known: PriorOptions = PriorOptions(), idle: Idle = None,
-    check: Annotated[int | None, Parameter(help="Samples of the posterior, to check its approximation.")] = None,
     strict: Annotated[bool, flag("Refuse readings that hardly are of such a sensor.")] = False,
     grow: Annotated[bool, flag("Calibrate further where readings of a softer sensor end at the table.")] = False,
     output: Output = None, as_json: Json = False,
@@ -109,8 +108,8 @@ def adapt(
         raise SceneError(f"adapt: must have either --bench FILE or --plan N; got {'both' if bench else 'none'}")
     if plan is not None and plan < 1:
         raise SceneError(f"plan: must be one or more loads; got {plan}")
-    if plan is not None and (strict or grow or any(each is not None for each in (check, idle, output))):
-        raise SceneError("--plan: must be given without --check, --strict, --grow, --idle, -o, which are of readings")
+    if plan is not None and (strict or grow or any(each is not None for each in (idle, output))):
+        raise SceneError("--plan: must be given without --strict, --grow, --idle, -o, which are of readings")
     if bench is not None and (weights or step is not None):
         raise SceneError("--weights, --step: must be given with --plan, whose loads they are")
     if bench is not None:
@@ -149,8 +148,6 @@ def adapt(
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
     if said:
         warn(f"{bench}: {said}")
-    if check is not None:
-        warn(_checked(found, check))
     if strict and tables.verdict(record).startswith("hardly"):
         raise SceneError(f"{bench}: must be readings of such a sensor; {tables.verdict(record)}")
     if output is not None:
@@ -203,17 +200,6 @@ def lot(
     if output is not None:
         _write_lot(found, record, output)
     return 0
-
-
-def _checked(found: Adaptation, count: int) -> str:
-    """Return in words how far the approximation of a posterior is from its samples."""
-    from sits_mech.analysis.built.adaptation import laplace_error
-
-    if count < 2:
-        raise SceneError(f"--check: must be two or more samples; got {count}")
-    by = laplace_error(found, count)
-    return (f"posterior by {count} samples ({100.0 * by.settled:.0f} % of them settled): means within {by.shift:.2g} "
-            f"deviations, widths within {100.0 * by.width:.0f} %, of forces within {100.0 * by.force_width:.0f} %")
 
 
 def _write_longer(sensor: Sensor, data: xr.Dataset, folder: Path) -> None:

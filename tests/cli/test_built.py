@@ -201,8 +201,7 @@ def test_readings_of_another_sensor_are_told(made: Path, capsys: Capture, tmp_pa
     [((), "either --bench FILE or --plan N; got none"), (("--plan", "3", "--bench", "{bench}"), "got both"),
      (("--plan", "2", "--grow"), "--grow, --idle, -o, which are of readings"),
      (("--plan", "0"), "plan: must be one or more loads"), (("--bench", "nowhere.csv"), "nowhere.csv"),
-     (("--plan", "2", "--check", "5"), "must be given without --check, --strict, --grow, --idle, -o"),
-     (("--plan", "2", "--idle", "open"), "must be given without --check, --strict, --grow, --idle, -o"),
+     (("--plan", "2", "--idle", "open"), "must be given without --strict, --grow, --idle, -o"),
      (("--plan", "2", "--free", "colour"), "fit: must be modulus"),
      (("--plan", "2", "--lot", "{bench}"), "must be a lot.json of sits-mech lot")],
 )

@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import chi2
 
-from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import ForceMaps
 from sits_mech.analysis.built.loaded import LoadedBench
@@ -37,76 +36,7 @@ from sits_mech.quantities import Array, Mask
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value
 _DETERMINED = 0.7  # of its deviation beforehand: what is known better afterwards was read
-_CHORDS, _SETTLED = 8, 0.3  # steps of a sample; what is left of chi^2's terms before the last one, at most
 _RANK = 1e-6  # of the largest singular value: a direction that an unknown moves
-
-
-@dataclass(frozen=True)
-class Posterior:
-    """The terms of chi^2 of the module docstring, by all unknowns, and where it is least."""
-
-    bench: LoadedBench
-    y: Array  # (m, n), NaN where none was measured
-    noise: Array  # (m, n)
-    known: Beforehand
-    fit: ParameterFit
-
-    def terms(self, P: Array) -> Array:
-        """Return what chi^2 is the sum of squares of, for unknowns (k, p), shape (k, N + p)."""
-        data = ((self.bench.model(P) - self.y) / self.noise)[:, np.isfinite(self.y)]
-        return np.concatenate([data, self.known.terms(P)], axis=1)
-
-    def slopes(self) -> Array:
-        """Return their derivatives where chi^2 is least, shape (N + p, p)."""
-        data = (self.bench.slopes(self.fit.values) / self.noise[..., None])[np.isfinite(self.y)]
-        return np.concatenate([data, self.known.slopes(self.fit.values)])
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """A posterior by samples, beside its approximation."""
-
-    settled: float  # share of the samples that came to their least within all ends
-    shift: float  # largest distance of a mean from the approximation's, in deviations
-    width: float  # largest difference of a deviation, over the approximation's
-    force_width: float  # the same of a force that is read, at the table's ends
-
-
-def laplace_error(found: Adaptation, count: int) -> Sampled:
-    """Return how far Laplace's approximation is from the posterior, by randomised maximum likelihood.
-
-    Each of `count` samples is the least of chi^2 with all its terms off by normal numbers (P. K. Kitanidis, Water
-    Resour. Res. 31 (1995) 2411): exact where readings are linear in the unknowns, and along the posterior's bends where
-    they are not. Each costs `_CHORDS` readings of the bench.
-    """
-    posterior, p = found.posterior, len(found.values)
-    units = np.array([each.deviation for each in posterior.known.free])
-    Q, R = np.linalg.qr(posterior.slopes() * units)
-    low, high = (np.array([getattr(each, key) for each in posterior.known.free]) for key in ("low", "high"))
-    off = np.random.default_rng(0).standard_normal((count, len(Q)))
-    P, left = np.tile(posterior.fit.values, (count, 1)), np.zeros((count, len(units)))
-    for _ in range(_CHORDS):
-        left = (np.nan_to_num(posterior.terms(P)) - off) @ Q
-        P = np.clip(P - units * np.linalg.solve(R, left.T).T, low, high)
-    good = np.max(np.abs(left), axis=1) < _SETTLED
-    sizes = np.sqrt(np.diagonal(posterior.fit.covariance))
-    if np.sum(good) < 2:
-        return Sampled(float(np.mean(good)), np.inf, np.inf, np.inf)
-    shift = np.abs(P[good].mean(axis=0) - posterior.fit.values) / sizes
-    width = np.abs(P[good].std(axis=0, ddof=1) / sizes - 1.0)
-    by_force = _force_widths(found, P[good, :p])
-    return Sampled(float(np.mean(good)), float(np.max(shift[:p])), float(np.max(width[:p])), by_force)
-
-
-def _force_widths(found: Adaptation, P: Array) -> float:
-    """Return the largest difference of a deviation of forces by samples (k, p) from the approximation's, over it."""
-    prior = found.prior
-    ends = loads_over(prior.table.map.low, prior.table.map.high, 2)
-    answers, by = prior.force_slopes(found.values, ends)
-    said = np.sqrt(np.einsum("mdn,mnp,pq,moq,mdo->md", answers, by, found.covariance, by, answers))
-    L = prior.bench(ends).model(prior.used(np.vstack([found.values, P])))
-    forces = np.einsum("mdn,kmn->kmd", answers, L[1:] - L[0])
-    return float(np.max(np.abs(np.nanstd(forces, axis=0, ddof=1) / said - 1.0)))
 
 
 @dataclass(frozen=True)
@@ -124,18 +54,14 @@ class Adaptation:
     structured: float  # of the same what no unknown can move, as a chi^2
     freedom: int  # degrees of freedom of that
     before: Array  # readings less what the calibration shows, (m, n) [H]
-    posterior: Posterior = field(repr=False)  # of all unknowns, what loads were misread by as well
+    known: Beforehand = field(repr=False)  # all unknowns, what loads were misread by as well
+    fit: ParameterFit = field(repr=False)  # of all of them
     other_idle: str = ""  # what idle coils may be as well: the readings fit both ways
 
     @property
     def deviations(self) -> Array:
         """The standard deviations of the posterior."""
         return np.sqrt(np.diagonal(self.covariance))
-
-    @property
-    def fit(self) -> ParameterFit:
-        """The fit of all unknowns, of what loads were misread by as well."""
-        return self.posterior.fit
 
     @property
     def p_value(self) -> float:
@@ -200,7 +126,7 @@ def adapt(
     return Adaptation(
         prior, replace(measured, forces=forces), fit.names[:p], fit.values[:p], fit.covariance[:p, :p],
         fit.chi_square, int(np.isfinite(y).sum()), fit.residual[:, :n], none, freedom, before,
-        Posterior(bench, y, scale, known, fit),
+        known, fit,
     )
 
 

@@ -125,8 +125,8 @@ def produced(
 
 def told_by(found: Adaptation) -> Told:
     """Return what the readings of a unit tell, without what was known before."""
-    count, fit = len(found.values), found.posterior.fit
-    free = found.posterior.known.free[:count]
+    count, fit = len(found.values), found.fit
+    free = found.known.free[:count]
     pairs = list(zip(free, found.values.tolist(), strict=True))
     slopes = np.array([each.known_slope(value) for each, value in pairs])
     z = np.array([float(each.known(np.array(value))) for each, value in pairs])

@@ -38,8 +38,8 @@ def test_what_a_unit_tells_is_without_what_was_known(prior: Prior) -> None:
     """What was known and what is told make the posterior again."""
     found = adapt(prior, bench_of(prior))
     told = told_by(found)
-    size, fit = prior.deviations, found.posterior.fit
-    free = found.posterior.known.free[: len(size)]
+    size, fit = prior.deviations, found.fit
+    free = found.known.free[: len(size)]
     slopes = np.array([each.known_slope(value) for each, value in zip(free, found.values.tolist(), strict=True)])
     again = np.linalg.inv(fit.variance * told.information + np.eye(len(size)))
     expected = found.covariance / fit.variance * np.outer(slopes, slopes)
