@@ -57,11 +57,11 @@ _ON_DISK = 1.4  # of the cases' file, that and the table: 1405 and 432 bytes of 
 class StepCounts(NamedTuple):
     """Of each step of a study a number: how often it is made, or the processor seconds that it takes."""
 
-    process: float
-    coils: float
-    pad: float
-    rest: float
-    case: float
+    process: float = 0.0
+    coils: float = 0.0
+    pad: float = 0.0
+    rest: float = 0.0
+    case: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Forecast:
 
     left: tuple[tuple[int, ...], ...]  # cases of each set of coils and clearance, of each pad, of each rest
     chunk: int  # cases that go to a process at once
-    steps: StepCounts = StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)  # processor seconds of each
+    steps: StepCounts = StepCounts()  # processor seconds of each
     kept: int = 0
     tried: tuple[int, float] = (0, 0.0)  # cases, and their processor seconds
     memory: float | None = None  # of a process [bytes]
@@ -143,7 +143,7 @@ def forecast(
 
 def _recorded(study: Study, point: Row) -> StepCounts:
     """Return the processor seconds of a case's steps by its models' records; zeros of a case that is none."""
-    units, none = study.request.units, StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)
+    units = study.request.units
     try:
         variant, asked = study.case(point)
         values = study.request.in_si(asked)
@@ -158,8 +158,8 @@ def _recorded(study: Study, point: Row) -> StepCounts:
             variant.sensor, given, tolerance, mechanics=layer, magnetics=None if study.name == "pose" else field
         )
     except ValueError:
-        return none
-    return none._replace(coils=coils, rest=sum(each), case=answers)
+        return StepCounts()
+    return StepCounts(coils=coils, rest=sum(each), case=answers)
 
 
 def _missing(study: Study, points: Sequence[Row], cases: Cases | None) -> dict[int, str]:
@@ -284,5 +284,5 @@ class _Trial:
     def steps(self) -> StepCounts:
         """The processor seconds of each step."""
         if not self._rows:
-            return StepCounts(0.0, 0.0, 0.0, 0.0, 0.0)
+            return StepCounts()
         return StepCounts(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())

@@ -85,7 +85,7 @@ def worst_load(asked: Requirements) -> Wrench:
 def design_table(asked: Requirements, found: DesignAnswer) -> xr.Dataset:
     """Return all solved designs: their values, figures in SI with errors, and the reasons of missing figures."""
     rows = [found.best, *found.known]
-    figures = [found.task.own_figures(each) if each.carried else each.plain for each in rows]
+    figures = [found.task.figures(each) if each.carried else each.plain for each in rows]
     columns: dict[str, Any] = {}
     for key in asked.space.values(found.best.design):
         columns[key] = [str(asked.space.values(each.design)[key]) for each in rows]

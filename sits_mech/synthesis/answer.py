@@ -131,7 +131,7 @@ def said_of(task: Task, found: Answered) -> str:
     """Return the figures of a solved design that are asked for, for a reader, and which limits they exceed."""
     if not found.carried:
         return found.reason
-    figures = task.own_figures(found)
+    figures = task.figures(found)
     over_ = [name for name, limit in task.limits.items() if name in figures and over(name, figures[name], limit) > 0.0]
     each = (f"{name} {figure_words(name, figures[name])}" for name in {**task.goal, **task.limits} if name in figures)
     return f"{', '.join(each)}; {'beyond limits: ' + ', '.join(over_) if over_ else 'within the limits'}"
@@ -139,7 +139,7 @@ def said_of(task: Task, found: Answered) -> str:
 
 def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
     """Return the figures of a solved design with their limits."""
-    figures, rows = task.own_figures(found), []
+    figures, rows = task.figures(found), []
     for name, value in figures.items():
         unit, scale = shown_as(name)
         limit, error = task.limits.get(name), found.error.get(name, 0.0 if kind_of(name).exact else np.nan)
@@ -156,7 +156,7 @@ def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
     asked = [name for name in {**task.limits, **task.goal} if name not in (STRAIN, INVERSE)]
     rows = []
     for each in known:
-        figures = task.own_figures(each) if each.carried else {}
+        figures = task.figures(each) if each.carried else {}
         if not each.carried or figures.get(INVERSE, 1.0) < LEAST_INVERSE or figures.get(STRAIN, 0.0) > 1.0:
             continue
         names = [name for name in asked if name in figures]
@@ -201,7 +201,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
     if not other.carried:
         return other.reason
     task = search.task
-    figures = task.own_figures(other)
+    figures = task.figures(other)
     excess = task.excess(figures, other.table)
     known = [each for each in excess if each != "yield" and excess[each] > 0.0] or [*excess]
     name = max(known, key=lambda each: excess[each]) if excess else ""
@@ -214,7 +214,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
         error = other.error.get(name, 0.0)
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
-    own, least = task.aim(figures), task.aim(task.own_figures(best))
+    own, least = task.aim(figures), task.aim(task.figures(best))
     if own - least < task.doubt(other) + task.doubt(best):
         return f"holds the limits, and is as good within the errors: what is minimised is {_more(own, least)}"
     words, promise = f"holds the limits, but what is minimised is {_more(own, least)}", _promised(search, other, best)
@@ -276,7 +276,7 @@ def _titles(task: Task, tied: Sequence[Answered], space: Space) -> dict[int, lis
 
 def _apart(task: Task, tied: Sequence[Answered]) -> str:
     """Return in words which figures tell tied designs apart, those that differ most beyond their errors."""
-    rows, found = [task.own_figures(each) for each in tied], []
+    rows, found = [task.figures(each) for each in tied], []
     for name in rows[0]:
         values = [row[name] for row in rows if name in row]
         error = max(each.error.get(name, 0.0) for each in tied)
@@ -292,7 +292,7 @@ def made_share(task: Task, best: Answered) -> Share:
     """Return the share of the sensors made that hold every limit."""
     if best.table is None or not len(task.judge.deviations):
         return Share(np.nan, np.nan, np.nan)
-    figures, each = task.own_figures(best), task.judge.excesses(best.table, _MANY)
+    figures, each = task.figures(best), task.judge.excesses(best.table, _MANY)
     fixed = [name for name in figures if name not in each and not kind_of(name).scatters and name in task.limits]
     if any(over(name, figures[name], task.limits[name]) > 0.0 for name in fixed):
         return Share(0.0, 0.0, 0.0)
@@ -314,7 +314,7 @@ def guards(task: Task, best: Answered) -> dict[str, float]:
     """
     if best.table is None or not len(task.judge.deviations):
         return {}
-    figures, found = task.own_figures(best), {}
+    figures, found = task.figures(best), {}
     for name, own in task.judge.excesses(best.table, _MANY).items():
         here = figures[name] / task.limits[name]
         most = float(np.quantile(own + 1.0, task.judge.share))

@@ -57,7 +57,7 @@ class Landscape:
 def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     """Return the limits that bind at a design, with their prices; `branch` is that of its choice."""
     task = search.task
-    figures, off = task.own_figures(best), task.errors(best)
+    figures, off = task.figures(best), task.errors(best)
     found = []
     every, aim = task.excess(figures, best.table), np.nan
     for name, excess in every.items():
@@ -95,9 +95,9 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
         if prediction.distance(x) > _KNOWN:
             aim[index] = excess[index] = np.nan
             continue
-        table, plain = prediction.table(x), prediction.plain(x)
-        figures = search.task.figures(table, plain)
-        beyond = search.task.excess(figures, table)
+        there = prediction.at(x)
+        figures = search.task.figures(there)
+        beyond = search.task.excess(figures, there.table)
         aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
         excess[index] = max(beyond.values(), default=-1.0)
     axes = tuple(np.array([*map(each.value, unit)]) for each in some)
@@ -123,8 +123,8 @@ def sensitivities(
 
 def _figures(task: Task, prediction: Prediction, x: Array) -> dict[str, float]:
     """Return the predicted figures of a point; where sensors scatter, also the share that holds all limits."""
-    table = prediction.table(x)
-    found = task.figures(table, prediction.plain(x))
-    if table is not None and len(task.judge.deviations):
-        found["yield"] = float(np.mean(task.judge.excess(table) <= 0.0))
+    there = prediction.at(x)
+    found = task.figures(there)
+    if there.table is not None and len(task.judge.deviations):
+        found["yield"] = float(np.mean(task.judge.excess(there.table) <= 0.0))
     return found

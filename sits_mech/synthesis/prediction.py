@@ -22,6 +22,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.synthesis.required.kinds import kind_of
+from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.solved.answered import Answered
 from sits_mech.synthesis.solved.figures import Table
 
@@ -102,6 +103,10 @@ class Prediction:
         """Return the distance of a point from the nearest one that is known, solved or failed."""
         every = [*self.solved, *self.failed]
         return min((float(np.max(np.abs(each.point - x), initial=0.0)) for each in every), default=np.inf)
+
+    def at(self, x: Array) -> Answered:
+        """Return the design at a point as it is predicted, without derivatives."""
+        return Answered(Design((), tuple(x.tolist())), "", self.table(x), np.zeros(0), self.plain(x), {})
 
     def table(self, x: Array) -> Table | None:
         """Return the table at a point; None where none was solved."""

@@ -50,7 +50,7 @@ def preview_of(asked: Requirements, search: Search) -> Preview:
     best = min(branches, key=merit)
     point = points[best.choice]
     x = best.prediction.solved[0].point if point is None else point.x
-    figures = _figures(search.task, best.prediction, x)
+    figures = search.task.figures(best.prediction.at(x))
     error = errors(search.task, best.prediction)
     rows = {name: (value, error.get(name, np.nan)) for name, value in figures.items()}
     design = Design(best.choice, tuple(x.tolist()))
@@ -61,17 +61,12 @@ def errors(task: Task, prediction: Prediction) -> dict[str, float]:
     """Return the error of each predicted figure."""
     found: dict[str, float] = {}
     for k, each in enumerate(prediction.solved):
-        own = task.own_figures(each)
+        own = task.figures(each)
         others = [*prediction.solved[:k], *prediction.solved[k + 1 :]]
-        there = _figures(task, Prediction(others, ()), each.point) if others else {}
+        there = task.figures(Prediction(others, ()).at(each.point)) if others else {}
         off = {name: abs(value - own[name]) for name, value in there.items()}
         for name in own:
             known = [size for size in (each.error.get(name), off.get(name), found.get(name)) if size is not None]
             if known:
                 found[name] = max(known)
     return found
-
-
-def _figures(task: Task, prediction: Prediction, x: np.ndarray[Any, Any]) -> dict[str, float]:
-    """Return the predicted figures of a point."""
-    return task.figures(prediction.table(x), prediction.plain(x))

@@ -52,7 +52,7 @@ def out_of_reach(task: Task, known: Sequence[Prediction], growth: Array) -> str:
 
 def reads_evenly(task: Task, found: Answered) -> bool:
     """Return whether a solved design reads all loads so evenly that its tangents tell of others."""
-    return task.own_figures(found).get(INVERSE, 1.0) >= _EVENLY
+    return task.figures(found).get(INVERSE, 1.0) >= _EVENLY
 
 
 def tangents(
@@ -62,7 +62,7 @@ def tangents(
 
     def at_end(x: Array) -> dict[str, float]:
         """Return resolutions, times the strain within the data."""
-        own = task.figures(prediction.table(x), prediction.plain(x))
+        own = task.figures(prediction.at(x))
         strain = min(max(own.get(STRAIN, 1.0), 0.0), 1.0)
         return {name: max(own[name] * strain, 1e-300) for name in names if name in own}
 

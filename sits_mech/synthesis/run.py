@@ -109,7 +109,7 @@ def design(
     share = made_share(task, best)
     open_ = [name for name in task.undecided(best) if name != "yield"]
     open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
-    feasible = search.merit(best) <= task.aim(task.own_figures(best)) and not share[0] < asked.least_yield
+    feasible = search.merit(best) <= task.aim(task.figures(best)) and not share[0] < asked.least_yield
     judged = {each.design.choice for each in finals}
     others = [each for each in firsts(known, search.at_best) if each.design.choice not in judged]
     return DesignAnswer(
@@ -262,7 +262,8 @@ class _Run:
             self.asked.space.rounded(Design(branch.choice, tuple(point.tolist()))),
             key=lambda each: search.predicted(branch.prediction, np.array(each.x, dtype=float), slack=0.0),
         )
-        found, worst = [], [search.worst(branch.prediction, np.array(each.x, dtype=float)) for each in tries[:_TRIES]]
+        points = (np.array(each.x, dtype=float) for each in tries[:_TRIES])
+        found, worst = [], [search.task.worst(branch.prediction.at(x)) for x in points]
         for k, wanted in enumerate(tries[:_TRIES]):
             new = self.solve(wanted, FINE)
             if self.holds(search, new):

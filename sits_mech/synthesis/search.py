@@ -30,7 +30,6 @@ from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.reach import out_of_reach
 from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.solved.answered import Answered, Task
-from sits_mech.synthesis.solved.figures import Table
 
 Solve = Callable[[Design], Answered]
 MOST = 60
@@ -129,16 +128,14 @@ class Search:
 
     def merit(self, found: Answered) -> float:
         """Return what is minimised of a solved design, exceeded limits added; infinite of one without a table."""
-        if not found.carried:
-            return np.inf
-        return self._merit(found.table, found.plain)
+        return self._merit(found) if found.carried else np.inf
 
     def at_best(self, found: Answered) -> float:
         """Return the merit of a solved design with all its figures better by their errors."""
         if not found.carried:
             return np.inf
         task = self.task
-        figures, off = task.own_figures(found), task.errors(found)
+        figures, off = task.figures(found), task.errors(found)
         left = [value - off.get(name, 0.0) for name, value in task.excess(figures, found.table).items()]
         return task.aim(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
 
@@ -148,18 +145,13 @@ class Search:
 
     def predicted(self, prediction: Prediction, x: Array, slack: float = _HELD) -> float:
         """Return the predicted merit of a point."""
-        return self._merit(prediction.table(x), prediction.plain(x), slack)
+        return self._merit(prediction.at(x), slack)
 
-    def _merit(self, table: Table | None, plain: dict[str, float], slack: float = _HELD) -> float:
-        """Return the merit of figures, known or predicted."""
-        figures = self.task.figures(table, plain)
-        worst = max(self.task.excess(figures, table).values(), default=0.0)
+    def _merit(self, found: Answered, slack: float = _HELD) -> float:
+        """Return the merit of a design, solved or predicted."""
+        figures = self.task.figures(found)
+        worst = max(self.task.excess(figures, found.table).values(), default=0.0)
         return self.task.aim(figures) + _exceeded(worst, slack)
-
-    def worst(self, prediction: Prediction, x: Array) -> float:
-        """Return the predicted excess of the limit exceeded most at a point, over it."""
-        table, plain = prediction.table(x), prediction.plain(x)
-        return max(self.task.excess(self.task.figures(table, plain), table).values(), default=-1.0)
 
     def as_good(self, merit: float, least: float) -> bool:
         """Return whether a merit is the least one of its own choice, within what is worth a solve."""
@@ -207,9 +199,8 @@ class Search:
         """Return the figures of solved designs, and those predicted at corners of the box and points between."""
         corners = product((0.0, 1.0), repeat=self.count) if 2**self.count <= _AT_MOST[0] else ()
         points = [*corners, *self._unit] if self.count else []
-        own = [(each.prediction, np.array(x)) for each in self.branches if each.prediction.solved for x in points]
-        predicted = [self.task.figures(each.table(x), each.plain(x)) for each, x in own]
-        return [*map(self.task.own_figures, known), *predicted]
+        some = [each.prediction.at(np.array(x)) for each in self.branches if each.prediction.solved for x in points]
+        return [*map(self.task.figures, [*known, *some])]
 
     def _begin(self, branch: Branch) -> None:
         """Solve a choice at its start; where that fails, at the next one. What is out of reach of any is not begun."""
@@ -267,7 +258,7 @@ class Search:
         found = self._add(branch, promise.x)
         promised, came = before - promise.merit, before - self.merit(found)
         if single and found.carried:
-            aim = self.task.aim(self.task.own_figures(found))
+            aim = self.task.aim(self.task.figures(found))
             self.missed.append(abs(aim - promise.merit + _exceeded(promise.excess)))
         if came >= _GOOD * promised:
             branch.radius = min(_WIDER * branch.radius, 1.0)
@@ -303,9 +294,9 @@ class Search:
             """Return the objective and the limits, both needed at every point."""
             key = x.tobytes()
             if key not in last:
-                table, plain = prediction.table(x), prediction.plain(x)
-                figures = self.task.figures(table, plain)
-                over = np.array(list(self.task.excess(figures, table).values()) or [-1.0])
+                there = prediction.at(x)
+                figures = self.task.figures(there)
+                over = np.array(list(self.task.excess(figures, there.table).values()) or [-1.0])
                 last[key] = self.task.aim(figures), np.clip(over, -1.0, 1e3)
             return last[key]
 

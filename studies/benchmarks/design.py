@@ -76,7 +76,7 @@ QUICK, QUICK_FILES, FEW = Effort(2, 1, 1, 1, 5e-2), ("button_any",), 1
 def goal_of(found: DesignAnswer) -> tuple[float, float]:
     """Return what is minimised, and its stated error, nan where a part of it is not known."""
     task, best = found.task, found.best
-    figures, size = task.figures(best.table, best.plain), task.sizes | (task.weighed or task.limits)
+    figures, size = task.figures(best), task.sizes | (task.weighed or task.limits)
     error = {each.name: each.error / shown_as(each.name)[1] for each in found.figures}
     return task.aim(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
 
@@ -86,7 +86,7 @@ def missed(asked: Requirements, found: DesignAnswer, tolerance: float, folder: P
     again = Solver(asked, tolerance, folder)(found.best.design)
     if not again.carried:
         return again.reason
-    figures = found.task.figures(again.table, again.plain)
+    figures = found.task.figures(again)
     excess = {name: over for name, over in found.task.excess(figures, again.table).items() if over > 0.0}
     return "; ".join(
         f"{name} {figure_words(name, figures[name]) if name in figures else ''} by {100.0 * over:.2g} %"
@@ -106,9 +106,9 @@ def predicted_off(found: DesignAnswer) -> list[float]:
         own = before.setdefault(each.design.choice, [])
         if own:
             there = Prediction(own, ())
-            figures = found.task.figures(there.table(each.point), there.plain(each.point))
+            figures = found.task.figures(there.at(each.point))
             asked = (name for name in {**found.task.limits, **found.task.goal} if not kind_of(name).exact)
-            known = found.task.own_figures(each)
+            known = found.task.figures(each)
             off += [abs(more(figures[name], known[name])) for name in asked if known.get(name)]
         own.append(each)
     return off

@@ -26,7 +26,7 @@ def test_a_recommendation_holds_when_it_is_solved_again(name: str, tmp_path: Pat
     again = Solver(asked, 0.1 * FINE)(found.best.design)
     assert found.feasible and again.carried
     task, before = found.task, found.best
-    first, finer = task.own_figures(before), task.own_figures(again)
+    first, finer = task.figures(before), task.figures(again)
     for key in {*asked.limits, *asked.goal, STRAIN}:
         left = before.error.get(key, 0.0) + again.error.get(key, 0.0)
         assert abs(finer[key] - first[key]) <= left + 1e-9 * abs(first[key]), key

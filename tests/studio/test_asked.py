@@ -78,7 +78,7 @@ def test_lines_over_the_explorer(base: SolvedScene, judged: Judged) -> None:
     each = {item["name"]: item for item in found.items}
     assert list(each) == ["resolution_F_x", "resolution_F_z"]
     most = max(float(np.max(item["values"])) for item in found.items)
-    figures = judged.task.own_figures(judged.found)
+    figures = judged.task.figures(judged.found)
     assert 0.0 < most <= 1.001 * max(figures[f"resolution.{name}"] for name in found.ranges)
 
 

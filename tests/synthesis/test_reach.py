@@ -50,12 +50,10 @@ def test_tangents_of_sums_of_powers_are_below_them() -> None:
 
         solved = ()
 
-        def table(self, x: np.ndarray) -> None:
-            """Return none."""
-
-        def plain(self, x: np.ndarray) -> dict[str, float]:
+        def at(self, x: np.ndarray) -> Answered:
             """Return the sum at 1 + 4 x."""
-            return {"resolution.F_z": float((sizes * (1.0 + 4.0 * x[0]) ** powers).sum()), "strain": 1.0}
+            figures = {"resolution.F_z": float((sizes * (1.0 + 4.0 * x[0]) ** powers).sum()), "strain": 1.0}
+            return Answered(Design((), (*x,)), "", None, np.zeros(0), figures, {})
 
     task = Task(Judge(OPERATOR, np.zeros(0), {}, 0.95), {}, {})
     for x in t:
@@ -64,7 +62,7 @@ def test_tangents_of_sums_of_powers_are_below_them() -> None:
             found = reach.tangents(task, Sum(), np.array([x]), ["resolution.F_z"], ends, np.array([4.0]))
             r, falls = found["resolution.F_z"]
             least = r * np.exp(falls.sum())
-            assert least <= (1.0 + 1e-6) * Sum().plain(np.array([end]))["resolution.F_z"]
+            assert least <= (1.0 + 1e-6) * Sum().at(np.array([end])).plain["resolution.F_z"]
 
 
 def test_the_highest_bound_counts_and_none_of_a_design_that_hardly_reads_a_force() -> None:

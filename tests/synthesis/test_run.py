@@ -93,7 +93,7 @@ def best_of_grid(wanted: Requirements, found: DesignAnswer, count: int = 13) -> 
         for x in np.linspace(0.0, 1.0, count):
             for y in np.linspace(0.0, 1.0, count):
                 each = spring(solver, Design(choice, (float(x), float(y))))
-                figures = task.figures(each.table, each.plain)
+                figures = task.figures(each)
                 if max(task.excess(figures, each.table).values()) <= 0.0:
                     least = min(least, task.aim(figures))
     return float(least)
@@ -103,7 +103,7 @@ def best_of_grid(wanted: Requirements, found: DesignAnswer, count: int = 13) -> 
 def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer) -> None:
     """Within a tenth of 507 designs; round to a fiftieth of the bounds; limits hold, and so does the yield."""
     assert found.feasible and found.share.value >= 0.9 and found.solves < 40
-    figures = found.task.figures(found.best.table, found.best.plain)
+    figures = found.task.figures(found.best)
     assert found.task.aim(figures) < 1.1 * best_of_grid(asked(), found)
     thickness, width = (float(str(found.values[key]).split()[0]) for key in ("elastomer.thickness", "target.width"))
     assert thickness / 0.1 == pytest.approx(round(thickness / 0.1)) and width / 0.2 == pytest.approx(round(width / 0.2))
@@ -113,7 +113,7 @@ def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer)
 def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     """To 3 % of what is minimised."""
     every = (found, *(design(asked(), seed=seed) for seed in (1, 2)))
-    aims = [one.task.aim(one.task.figures(one.best.table, one.best.plain)) for one in every]
+    aims = [one.task.aim(one.task.figures(one.best)) for one in every]
     assert np.ptp(aims) < 0.03 * min(aims)
 
 
@@ -205,7 +205,7 @@ def blurred(errors: dict[float, float], truth: float = 1.0) -> Callable[[Solver,
         assert found.table is not None
         if wanted.choice == (1,) and self.tolerance < COARSE:
             found = replace(found, table=found.table._replace(noise=truth * found.table.noise))
-        size = Task(self.task.judge, {}, {}).figures(found.table, found.plain)["resolution.F_z"]
+        size = Task(self.task.judge, {}, {}).figures(found)["resolution.F_z"]
         return replace(found, error={"resolution.F_z": off * size, STRAIN: 0.2 * off * found.plain[STRAIN]})
 
     return answered
@@ -296,7 +296,7 @@ def test_a_preview_is_what_three_designs_predict() -> None:
     x = [(number - each.low) / (each.high - each.low) for each, number in numbers.items()]
     choice = wanted.space.lists["elastomer.material"].index(found.values["elastomer.material"])
     solver = Solver(wanted, COARSE)
-    true = solver.task.own_figures(spring(solver, Design((choice,), (x[0], x[1]))))
+    true = solver.task.figures(spring(solver, Design((choice,), (x[0], x[1]))))
     assert found.figures["height"][0] == pytest.approx(true["height"], rel=1e-3)
     assert found.figures["resolution.F_z"][0] == pytest.approx(true["resolution.F_z"], rel=0.3)
 
@@ -310,11 +310,11 @@ def test_limits_that_contradict_each_other_are_a_pair() -> None:
         plain = {"height": height, STRAIN: strain, "footprint.x": 20e-3, "footprint.y": 20e-3}
         return Answered(Design((0,), (0.5, 0.5)), "", None, np.zeros((2, 0, 0)), plain, {})
 
-    known = [task.own_figures(sized(*each)) for each in ((2e-3, 1.6), (2.9e-3, 1.2), (4e-3, 0.8))]
+    known = [task.figures(sized(*each)) for each in ((2e-3, 1.6), (2.9e-3, 1.2), (4e-3, 0.8))]
     both = "no design holds both, solved or predicted"
     said = f"height and strain: {both}; with the first strain comes to 120 % against 100 %"
     assert task.contradicting(known) == (said,)
-    assert task.contradicting([*known, task.own_figures(sized(2.9e-3, 0.9))]) == () and task.contradicting([]) == ()
+    assert task.contradicting([*known, task.figures(sized(2.9e-3, 0.9))]) == () and task.contradicting([]) == ()
 
 
 def test_an_answer_names_the_pair_of_limits_that_contradict() -> None:

@@ -54,7 +54,7 @@ def best_of_grid(count: int = 41) -> float:
     search = Search(TASK, [(0,), (1,), (2,)], 2, solved, lambda *_: np.full(2, 0.5))
     search.task = TASK
     first = solved(Design((0,), (0.5, 0.5)))
-    task = Task(TASK.judge, TASK.limits, TASK.goal, TASK.figures(first.table, first.plain))
+    task = Task(TASK.judge, TASK.limits, TASK.goal, TASK.figures(first))
     search.task = task
     side = np.linspace(0.0, 1.0, count)
     return min(search.merit(solved(Design((k,), (x, y)))) for k in range(3) for x in side for y in side)
@@ -74,7 +74,7 @@ def test_the_search_finds_what_a_grid_finds(seed: int) -> None:
 def _sizes() -> dict[str, float]:
     """Figures over which what is minimised is weighed."""
     first = solved(Design((0,), (0.5, 0.5)))
-    return TASK.figures(first.table, first.plain)
+    return TASK.figures(first)
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_a_choice_that_fails_is_left() -> None:
 
 def test_what_no_silicone_reaches_is_not_tried_with_each() -> None:
     """A resolution a hundred times as fine as the first choice has it at its strain: one is solved, and says why."""
-    own = TASK.own_figures(solved(Design((0,), (0.5, 0.5))))
+    own = TASK.figures(solved(Design((0,), (0.5, 0.5))))
     limits = LIMITS | {"resolution.F_z": 0.01 * own["resolution.F_z"] * own["strain"]}
     task, start = Task(TASK.judge, limits, {}), lambda *_: np.full(2, 0.5)
     search = Search(task, [(0,), (1,), (2,)], 2, solved, start, silicone=0)

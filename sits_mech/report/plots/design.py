@@ -64,7 +64,7 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
 def _drawn(found: DesignAnswer) -> list[str]:
     """Return the figures that are asked for and known of the best design, the goal's first."""
     task = found.task
-    known = set(task.own_figures(found.best)) - {STRAIN, INVERSE}
+    known = set(task.figures(found.best)) - {STRAIN, INVERSE}
     return [name for name in {**task.goal, **task.limits} if name in known]
 
 
@@ -109,7 +109,7 @@ def _draw_choices(spot: Axes, asked: Requirements, found: DesignAnswer, names: t
 
 def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> Array:
     """Return designs (n, 2) in the plane of two figures, in their shown units."""
-    found = [[shown_as(name)[1] * task.own_figures(each)[name] for name in names] for each in designs]
+    found = [[shown_as(name)[1] * task.figures(each)[name] for name in names] for each in designs]
     return np.array(found).reshape(-1, 2)
 
 

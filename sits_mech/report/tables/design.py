@@ -161,7 +161,7 @@ def design_record(found: DesignAnswer) -> dict[str, Any]:
         "yield_between": list(found.share[1:]),
         "yield_of_each": found.held,
         "front": [
-            {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.own_figures(each)
+            {"choice": list(each.design.choice), "x": list(each.design.x)} | found.task.figures(each)
             for each in found.front
         ],
         "sensitivities": found.sensitivities,

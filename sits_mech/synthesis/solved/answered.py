@@ -60,13 +60,9 @@ class Task:
     floors: dict[str, float] = field(default_factory=dict)  # of minimised figures: errors, below which none ranks
     tolerance: float = 0.0  # relative, of the figures that are searched by
 
-    def figures(self, table: Table | None, plain: dict[str, float]) -> dict[str, float]:
-        """Return all figures of a design, known or predicted."""
-        return plain | ({} if table is None else self.judge.figures(table))
-
-    def own_figures(self, found: Answered) -> dict[str, float]:
-        """Return all figures of a solved design."""
-        return self.figures(found.table, found.plain)
+    def figures(self, found: Answered) -> dict[str, float]:
+        """Return all figures of a design, solved or predicted."""
+        return found.plain | ({} if found.table is None else self.judge.figures(found.table))
 
     def excess(self, figures: dict[str, float], table: Table | None) -> dict[str, float]:
         """Return by how much each limit is exceeded, over the limit; not positive where it holds.
@@ -87,7 +83,7 @@ class Task:
 
     def undecided(self, found: Answered) -> tuple[str, ...]:
         """Return the limits within the errors of a solved design's figures."""
-        off, excess = self.errors(found), self.excess(self.own_figures(found), found.table)
+        off, excess = self.errors(found), self.excess(self.figures(found), found.table)
         return tuple(name for name, value in excess.items() if abs(value) < off.get(name, 0.0))
 
     def doubt(self, found: Answered) -> float:
@@ -101,7 +97,7 @@ class Task:
 
     def worst(self, found: Answered) -> float:
         """Return the excess of the limit that a solved design exceeds most, over it; not positive where all hold."""
-        return max(self.excess(self.own_figures(found), found.table).values(), default=-1.0)
+        return max(self.excess(self.figures(found), found.table).values(), default=-1.0)
 
     def holds(self, found: Answered) -> bool:
         """Return whether a solved design holds every limit."""
@@ -134,7 +130,7 @@ class Task:
 
     def learned(self, found: Answered) -> Task:
         """Return the task with what a solved design tells: the sizes of figures, and their errors."""
-        sizes = self.sizes or self.own_figures(found)
+        sizes = self.sizes or self.figures(found)
         floors = {name: error for name in self.goal if np.isfinite(error := found.error.get(name, np.nan))}
         floors = {name: min(error, self.floors.get(name, error)) for name, error in floors.items()}
         return replace(self, sizes=sizes, floors=self.floors | floors)

@@ -23,7 +23,7 @@ def test_the_same_figures_as_a_design_at_its_loads() -> None:
     axes = {name: axis.tolist() for name, axis in zip(loads.names, loads.axes, strict=True)}
     data = calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02)
     task, found = at_a_glance(asked, sensor, data)
-    figures = task.own_figures(found)
+    figures = task.figures(found)
     assert figures["height"] == pytest.approx(2.32e-3, abs=2e-5) and figures["rate"] > 0.0
     assert found.table is not None
     resolution, error = task.judge.over_loads(found.table, task.judge.operator.points)
