@@ -77,8 +77,7 @@ UNMIRRORED = {
     "batch/requests.py": "tests/batch/test_run.py: every request",
     "batch/tables.py": "tests/batch/test_run.py: calibrations of a sweep, read back",
     **dict.fromkeys(
-        (f"batch/studies/{name}.py" for name in ("asked", "possible", "study", "written")),
-        "tests/batch/test_run.py: studies read and refused",
+        ("batch/studies/asked.py", "batch/studies/written.py"), "tests/batch/test_run.py: studies read and refused"
     ),
     **dict.fromkeys(
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
@@ -98,8 +97,7 @@ UNMIRRORED = {
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
     "studio/page.py": "tests/studio/test_studio.py: in a browser",
-    "studio/shown.py": "tests/studio/test_studio.py: what the frame shows, files handed out",
-    "export/best.py": "tests/batch/studies/test_stages.py: the last stage of a study",
+    "export/best.py": "tests/batch/studies/test_study.py: the last stage of a study",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(
@@ -108,7 +106,6 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
     ),
-    "scene/solids.py": "tests/magnetics/space/test_neighbours.py: slabs between boxes",
     "scene/turns.py": "tests/geometry/test_tracks.py: turns of every shape",
     "geometry/plates.py": "tests/magnetics/space/test_neighbours.py: conductors made of them",
     "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",
@@ -137,10 +134,7 @@ UNMIRRORED = {
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",
     "report/page/parts.py": "tests/report/page/test_html.py: the page's sections",
     "report/plots/measured.py": "tests/analysis/built/test_comparison.py: compare draws and prints it",
-    **dict.fromkeys(
-        (f"report/pictures/{name}.py" for name in ("asked", "request")),
-        "tests/report/pictures/test_spatial.py: requests drawn and refused",
-    ),
+    "report/pictures/request.py": "tests/report/pictures/test_spatial.py: requests drawn and refused",
     "report/pictures/section.py": "tests/report/plots/test_curves.py: sections drawn",
     "report/pictures/style.py": "tests/report/plots/test_curves.py: figures of the style, written",
     **dict.fromkeys(
@@ -150,7 +144,6 @@ UNMIRRORED = {
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
-    "report/tables/plan.py": "tests/cli/test_main.py: explain prints it",
     "report/tables/readings.py": "tests/analysis/test_bench.py: invert and converter print it",
     **dict.fromkeys(
         (f"scene/{name}.py" for name in ("materials", "parts")), "tests/scene/test_sensor.py: whole scenes"

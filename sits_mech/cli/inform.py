@@ -145,8 +145,7 @@ def explain(
 
     from sits_mech.analysis.ladder import ladder as solved
     from sits_mech.chain.plan import plan
-    from sits_mech.report.ladder import rung_line
-    from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables
+    from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables, rung_line
 
     loads = [wrench] if wrench.components.any() else []
     with solving(sensor, loads, **asdict(models)) if loads else nullcontext():

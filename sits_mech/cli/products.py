@@ -49,15 +49,13 @@ def view(
     Example: sits-mech view biorob2018 --dv "2 mm" --dh "1 mm" --frequency "5 kHz" --kind field -o field.png
     """
     from sits_mech.report.folder import checked_picture
-    from sits_mech.report.pictures.asked import check_options, driven_coil, kind_of_picture
+    from sits_mech.report.pictures.request import PictureSettings, check_options, draw, driven_coil, kind_of_picture
 
     sensor, pose = sensor_of(scene, overrides), pose_of(place, overrides) if place.given else None
     kind = kind_of_picture(kind, load.wrench(), pose)
     path, coil = checked_picture(output or Path(f"{Path(scene).stem}-{kind}.png")), driven_coil(sensor, driven)
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
-
-    from sits_mech.report.pictures.request import PictureSettings, draw
 
     draw(kind, sensor, PictureSettings(load.wrench(sensor), pose, hertz, coil, show or "displacement"), path)
     print_written([path], as_json)

@@ -5,7 +5,7 @@ bottom face, which stands at height d_v; so its lowest corner is at
 
     d_v - a |R_zx| - b |R_zy| + min(t R_zz, 0),        of a disc of radius a    d_v - a |(R_zx, R_zy)| + min(t R_zz, 0).
 
-The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`scene.solids`). If
+The coil plane is z = 0. Two rectangular plates are apart exactly where a slab fits between them (`scene.parts`). If
 none does and one is round or an outline, both are taken as convex bodies n_i . x <= c_i, a disc with 128 sides: the
 largest ball inside both, by linear programming, has a radius below zero where they are apart. Notches and holes count
 as metal.
@@ -27,8 +27,8 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
+from sits_mech.scene.parts import BoxedPart, separation
 from sits_mech.scene.sensor import Conductor, Sensor, Target
-from sits_mech.scene.solids import BoxedPart, separation
 from sits_mech.units import millimetres as mm
 
 _SIDES = 128  # of what stands for a disc

@@ -28,8 +28,7 @@ from sits_mech.scene.coils import Coil
 from sits_mech.scene.cover import Cover
 from sits_mech.scene.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.outlines import Loop, circle, crossing, polygon
-from sits_mech.scene.parts import Conductor, Target
-from sits_mech.scene.solids import BoxedPart, separation
+from sits_mech.scene.parts import BoxedPart, Conductor, Target, separation
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 

@@ -16,16 +16,61 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
+import numpy as np
+import xarray as xr
 from nicegui import app, ui
 
 from sits_mech.quantities import WRENCH
+from sits_mech.report.page.html import page as report_page
+from sits_mech.report.shown import Shown, calibration_page, merit
+from sits_mech.report.tables.loads import csv_text
 from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, catalogue, scene_hash, scene_text, sensor_from
+from sits_mech.studio.asked import lines, rows_html
 from sits_mech.studio.form import Form
 from sits_mech.studio.guard import Guard
 from sits_mech.studio.questions import ends_asked
 from sits_mech.studio.session import Session, View
 from sits_mech.studio.solver import SolverProcess
+
+
+def frame(view: View, data: xr.Dataset) -> str:
+    """Return the page of a view's table, as the report's explorer shows it, with what is required.
+
+    Figures of merit take three times as long as the rest, and wait for a solved one.
+    """
+    asked, below = None, ""
+    if view.judged is not None:
+        asked, below = lines(view.judged, view.sensor, data), f"<h2>Required</h2>{rows_html(view.judged)}"
+    return calibration_page(view.sensor, data, "", asked, below + (merit(data) if view.kind == "solved" else ""))
+
+
+def pictures(view: View) -> tuple[str, ...]:
+    """Return the names of the pictures that a view has, as files: of a solved table its curves too."""
+    names = Shown(view.sensor, view.data if view.kind == "solved" else None).pictures()
+    return tuple(f"{name}.{format}" for name in names for format in ("svg", "png"))
+
+
+def cost(data: xr.Dataset) -> str:
+    """Return in words what a table took, beside what was planned; nothing where neither is known."""
+    took, planned = float(np.nansum(data["seconds"])) if "seconds" in data else 0.0, data.attrs.get("planned")
+    words = "" if planned is None else f", planned {float(planned[0]):.2g} s"
+    return f"; took {took:.2g} s{words}" if took else ""
+
+
+def file_of(view: View, name: str) -> bytes:
+    """Return a file of what is shown, by its name; SceneError where a table must be solved for it."""
+    if name == "scene.toml":
+        return scene_text(view.sensor).encode()
+    if name in pictures(view):
+        stem, _, format = name.rpartition(".")
+        return Shown(view.sensor, view.data if view.kind == "solved" else None).picture(stem, format)
+    if view.data is None or view.kind != "solved":
+        raise SceneError(f"{name}: must be of a solved table; this one is a {view.kind}")
+    if name == "table.csv":
+        return csv_text(view.data).encode()
+    return report_page(view.sensor, view.data).encode()
+
 
 _COLOURS = {"drawing": "grey", "preview": "orange", "solved": "green"}
 _STALE = "document.querySelectorAll('#sits-frames iframe').forEach(one => one.classList.add('stale'))"
@@ -198,8 +243,8 @@ class _Page:
             self.drawing_soon = self.loop.call_later(_RESTS, self._draw_plainly, view.sensor)
             return
         self.framed = True
+        from sits_mech.studio.page import cost, frame, pictures
         from sits_mech.studio.previews import open_share
-        from sits_mech.studio.shown import cost, frame, pictures
 
         words = f"signals within {100.0 * open_share(view.data):.3g} % of their range"
         self.open.set_text(words + (cost(view.data) if view.kind == "solved" else ""))
@@ -236,7 +281,7 @@ class _Page:
 
     def _hands_out(self, name: str) -> None:
         """Give a file of what is shown."""
-        from sits_mech.studio.shown import file_of
+        from sits_mech.studio.page import file_of
 
         self._tried(lambda: ui.download(file_of(self.session.view(), name), name))
 

@@ -268,7 +268,7 @@ def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> Non
             hollow = points[points[:, 1] < FINER * asked_of(load).sure]
             axes.plot(*hollow.T, mark, color=colour, mfc="white", ms=5)
         axes.set(xlabel="processor time [s]", ylabel="error over the displacement [-]")
-        axes.set_title(title_of(lines), fontsize=9)
+        figure.suptitle(title_of(lines), fontsize=9)
         name_curves(axes)
         save_figure(figure, path)
 

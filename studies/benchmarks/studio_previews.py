@@ -21,9 +21,9 @@ from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import changed, load_sensor
+from sits_mech.studio.page import frame
 from sits_mech.studio.previews import SolvedScene, open_share, preview
 from sits_mech.studio.session import BESIDE, View
-from sits_mech.studio.shown import frame
 
 KEYS = ("elastomer.thickness", "elastomer.width", "target.width")
 NAMES = ("d_h", "d_v", "L", "L_v_percent", "L_h_percent")

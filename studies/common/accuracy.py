@@ -21,8 +21,8 @@ from sits_mech.analysis.ladder import LadderPoint
 from sits_mech.analysis.ladder import forget as forget
 from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Wrench
-from sits_mech.report.ladder import ladder_sentence
 from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
+from sits_mech.report.tables.plan import ladder_sentence
 from sits_mech.scene.sensor import Sensor
 
 if TYPE_CHECKING:

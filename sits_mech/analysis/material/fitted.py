@@ -44,10 +44,9 @@ import numpy as np
 from sits_mech.analysis.material.alike import LawWithConstants, as_good, central_law, largest_factor
 from sits_mech.analysis.material.least_squares import Answer, fit_constants
 from sits_mech.analysis.material.points import MeasuredPoints
-from sits_mech.analysis.material.record import Record, read_record
 from sits_mech.analysis.material.relaxing import Relaxation, fit_relaxation
 from sits_mech.analysis.material.softening import CyclicFit, fit_softening, virgin_curve
-from sits_mech.analysis.material.tensile import Sizes, TensileTest, read_tensile
+from sits_mech.analysis.material.tensile import Record, Sizes, TensileTest, read_record, read_tensile
 from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import engineering_stress, principal_stretches

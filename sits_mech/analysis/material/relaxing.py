@@ -35,7 +35,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares, nnls
 
 from sits_mech.analysis.material.least_squares import half_widths
-from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.tensile import Record
 from sits_mech.analysis.material.uniaxial import branch_stress, softened_stress, subdivided
 from sits_mech.quantities import Array
 from sits_mech.silicone.material import Silicone

@@ -28,8 +28,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from sits_mech.analysis.material.least_squares import half_widths
-from sits_mech.analysis.material.record import Record
-from sits_mech.analysis.material.tensile import TensileTest
+from sits_mech.analysis.material.tensile import Record, TensileTest
 from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.quantities import Array
 from sits_mech.silicone.homogeneous import energy_density, principal_stretches

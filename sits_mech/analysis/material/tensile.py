@@ -1,4 +1,4 @@
-"""Read strain and engineering stress of tensile tests, by content, from a file of a test machine.
+"""Read strain and engineering stress of tensile tests, and of tests over time, from a file of a test machine.
 
 Columns are known by their words (`words`) and units, whatever else the file holds. Taken are, of several,
 
@@ -14,6 +14,8 @@ Each is kept up to its largest stress, that is without break and unloading, and 
 a slack specimen (at least `_FLAT` rows and `_LEAST` of strain without stress first) its zero is where the stress
 begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
 of ASTM D638 with the tangent's curvature).
+
+A test over time is a uniaxial one, tension or compression (negative), with a time; nothing of it is left out.
 """
 
 from __future__ import annotations
@@ -293,3 +295,42 @@ def _spread(tests: list[TensileTest]) -> str:
         f"{len(tests)} {tests[0].mode} specimens are fitted together; at {100.0 * at:.3g} % strain their stresses are "
         f"{share.min():.3g} to {share.max():.3g} of the mean (standard deviation {100.0 * share.std(ddof=1):.2g} %)"
     )
+
+
+_ROWS = 8  # of a test over time, at least
+
+
+@dataclass(frozen=True)
+class Record:
+    """A uniaxial test over time."""
+
+    time: Array  # (n,), not descending [s]; row number if the file has none
+    strain: Array  # engineering, (n,)
+    stress: Array  # engineering, (n,) [Pa]
+    source: str  # file
+    timed: bool = True  # the file has a time
+
+
+def read_record(path: str | Path, given: Sizes | None = None, *, timed: bool = True) -> Record:
+    """Read a test over time by content; `timed`: a column of time is required.
+
+    Raise ValueError if the file cannot be read, columns are missing or of unknown unit, fewer than 8 rows are numbers,
+    a stretch is not positive, or time stands still or runs back.
+    """
+    pulls = read_pulls(path, given or Sizes(), "a readable test over time", timed)
+    if len(pulls) > 1:
+        raise ValueError(f"{path}: must hold one specimen; got {len(pulls)}")
+    mode, strain, stress, time, *_ = pulls[0]
+    sign = {"uniaxial": 1.0, "compression": -1.0}.get(mode)
+    if sign is None:
+        raise ValueError(f"{path}: must be a uniaxial test, a pull or compression; got {mode}")
+    if len(strain) < _ROWS:
+        raise ValueError(f"{path}: must hold at least {_ROWS} rows of numbers; got {len(strain)}")
+    timed, time = time is not None, np.arange(float(len(strain))) if time is None else time
+    if not np.all(np.diff(time) > 0.0):
+        back = int(np.argmin(np.diff(time) > 0.0))
+        raise ValueError(f"{path}: time must rise; got {time[back]:g} s and then {time[back + 1]:g} s")
+    if not np.all(sign * strain > -1.0):
+        raise ValueError(f"{path}: strain must be above -1; got {strain.min():g}")
+    slack = (given or Sizes()).slack or 0.0
+    return Record(time, sign * (strain - slack), sign * stress, str(path), timed)

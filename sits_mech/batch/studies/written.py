@@ -28,7 +28,7 @@ scene or arguments from others, each by a text (samples.py); a case that breaks 
 Samples, derived keys and conditions make cases stand side by side, as those of "zip", along the dimension `case`.
 "adaptive" solves as few cases of the product as predict variables of the table at the others (adaptive.py): within a
 share of their range or, with a limit, until each is known to be on one side of it. [[then]] is a stage on the best
-cases of the stage before, of which there may be more (stages.py). Arguments are those of `requests.py`.
+cases of the stage before, of which there may be more (study.py). Arguments are those of `requests.py`.
 """
 
 from __future__ import annotations

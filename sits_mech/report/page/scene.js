@@ -68,9 +68,9 @@ function planView() {
   const plate = svgNode("path", { id: "plate-plan", fill: INK.copper, "fill-opacity": 0.5, "fill-rule": "evenodd", stroke: INK.rim, "stroke-width": 1.4 * thin }, svg);
   const cross = svgNode("path", { fill: "none", stroke: INK.rim, "stroke-width": thin }, svg);
   const low = svgNode("circle", { r: 0.3 * size, fill: INK.rim, stroke: "#fff", "stroke-width": thin }, svg);
+  const arrow = arrowNodes(svg), edge = { stroke: INK.pad, "stroke-width": 0.2 * size, "paint-order": "stroke" }; // letters over the arrow
   for (const coil of scene.coils)
-    svgNode("text", { x: coil.centre[0], y: -coil.centre[1] + 0.35 * size, "font-size": many ? 0.6 * size : size, "text-anchor": "middle", fill: INK.ink }, svg).textContent = coil.name;
-  const arrow = arrowNodes(svg);
+    svgNode("text", { x: coil.centre[0], y: -coil.centre[1] + 0.35 * size, "font-size": many ? 0.6 * size : size, "text-anchor": "middle", fill: INK.ink, ...edge }, svg).textContent = coil.name;
   return (load, wrench, angle, grow) => {
     const now = motion(load, grow) || still, from = (p) => now.moved([p[0], p[1], 0]).slice(0, 2);
     const [c, s] = [Math.cos(angle), Math.sin(angle)];

@@ -70,6 +70,7 @@ def _drawn(found: DesignAnswer) -> list[str]:
 
 def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
     """Draw all solved designs in the plane of two figures, a colour for each choice of the lists."""
+    from matplotlib.patheffects import withStroke
     from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
     task = found.task
@@ -80,7 +81,8 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     for numbers, (x, y) in numbered_labels(*((each - ends[:, 0]) / np.ptp(ends, axis=1) for each in (places, marks))):
         spot.annotate(
             ", ".join(map(str, numbers)), places[numbers[0] - 1], (3 * x, 3 * y), textcoords="offset points",
-            fontsize=6, ha="left" if x > 0 else "right", va="bottom" if y > 0 else "top",
+            fontsize=6, ha="left" if x > 0 else "right", va="bottom" if y > 0 else "top", zorder=4,
+            path_effects=[withStroke(linewidth=1.5, foreground="white")],
         )
     for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
         axis.set_major_locator(MaxNLocator(most))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.material.record import Record
+from sits_mech.analysis.material.tensile import Record
 from sits_mech.analysis.material.uniaxial import uniaxial_stress
 from sits_mech.silicone.material import silicone_from
 

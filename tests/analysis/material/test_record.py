@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.material.record import read_record
+from sits_mech.analysis.material.tensile import read_record
 
 TIME = np.arange(10.0)
 STRAIN, STRESS = 0.1 * TIME, 2e3 * TIME

@@ -8,8 +8,7 @@ import pytest
 from sits_mech.geometry.collision import as_plate
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.report.pictures import spatial
-from sits_mech.report.pictures.asked import driven_coil, kind_of_picture
-from sits_mech.report.pictures.request import PictureSettings, resting_pose
+from sits_mech.report.pictures.request import PictureSettings, driven_coil, kind_of_picture, resting_pose
 from sits_mech.report.pictures.section import written_frequency
 from sits_mech.report.pictures.stream import plate_stream
 from sits_mech.scene.sensor import Conductor, SceneError, load_sensor

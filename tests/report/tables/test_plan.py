@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sits_mech.analysis.ladder import LadderPoint, LadderStep
-from sits_mech.report.ladder import ladder_sentence, power, rung_line
+from sits_mech.report.tables.plan import ladder_sentence, power, rung_line
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ import pytest
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import load_sensor
+from sits_mech.studio.asked import at_a_glance
 from sits_mech.synthesis.required.requirements import requirements_of
-from sits_mech.synthesis.solved.glance import at_a_glance
 from sits_mech.synthesis.solved.loads import loads_between
 
 
