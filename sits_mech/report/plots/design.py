@@ -1,7 +1,7 @@
 """Plot a design search: the front, the landscape with its feasible region, figures and limits.
 
 Filled marks hold every limit, empty ones do not; the star is the recommended design, numbers are those of the front's
-scenes. Shaded is where predictions of the recommended choice hold every limit; dots are designs that were solved.
+scenes. Pale is where predictions of the recommended choice are beyond a limit; dots are designs that were solved.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.report.pictures.style import new_figure, numbered_labels
+from sits_mech.report.pictures.style import label_bar, new_figure, numbered_labels
 from sits_mech.synthesis.answer import DesignAnswer
 from sits_mech.synthesis.answer import Figure as Asked
 from sits_mech.synthesis.around import Landscape
@@ -136,7 +136,7 @@ def _label(name: str) -> str:
 
 
 def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
-    """Return what is minimised over the first one or two variables, shaded where every limit holds."""
+    """Return what is minimised over the first one or two variables, pale beyond a limit."""
     task, ends = found.task, [key.rpartition(".")[2] for key in land.names]
     names = [f"{key} [{unit}]" if unit else key for key, unit in zip(ends, land.units, strict=True)]
     scale, what = _aim_words(task)
@@ -162,15 +162,15 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
             spot.legend()
             return figure
         levels = np.unique([float(f"{each:.3g}") for each in np.nanquantile(shown, np.linspace(0.02, 0.9, 10))])
-        most = 2.0 * levels[-1] - levels[0]  # of the colours: white paper swallows the upper half
-        lines = spot.contour(*land.axes, shown.T, levels, linewidths=0.7, cmap="cividis", vmax=most)
-        spot.clabel(lines, fontsize=6, fmt="%.3g")
-        spot.contourf(*land.axes, land.excess.T, levels=[-np.inf, 0.0], colors=["C2"], alpha=0.15)
-        spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C2", linewidths=1.2)
-        spot.plot(*np.array([each[:2] for each in solved]).T, "k.", ms=3)
-        spot.plot(at[:1], at[1:2], "k*", ms=7, clip_on=False, zorder=3)
+        several = levels if len(levels) > 1 else 1
+        bands = spot.contourf(*land.axes, shown.T, several, cmap="cividis_r", extend="both")
+        label_bar(figure.colorbar(bands, ax=spot, ticks=bands.levels, format="%.3g"), fill(what, 40))
+        spot.contourf(*land.axes, land.excess.T, levels=[0.0, np.inf], colors="w", alpha=0.6)
+        spot.contour(*land.axes, land.excess.T, levels=[0.0], colors="C3", linewidths=1.2)
+        spot.plot(*np.array([each[:2] for each in solved]).T, "ko", ms=3, mec="w", mew=0.5)
+        spot.plot(at[:1], at[1:2], "k*", ms=9, mec="w", mew=0.5, clip_on=False, zorder=3)
         spot.set(xlabel=names[0], ylabel=names[1])
-        figure.suptitle(f"{fill(what, 56)}\nshaded: every limit holds; {words}")
+        figure.suptitle(fill(f"pale: beyond a limit; white: not known; {words}", 56))
     return figure
 
 
