@@ -74,7 +74,7 @@ def suspicion(cal: Calibration, reading: Array, others: tuple[Sequence[str], Arr
 def _components(cal: Calibration, reading: Array, others: tuple[Sequence[str], Array, Array]) -> list[str]:
     """Return the components of a load that explain a reading, each with its size."""
     near = cal.map.unscaled(cal.search.solved(reading[None], np.zeros((3, len(reading))))[0][0])
-    rest = _off_table(cal, np.clip(0.0, cal.low, cal.high))  # where the slopes of the others are known
+    rest = _off_table(cal, cal.rest)  # where the slopes of the others are known
     here, found = _off_table(cal, near), []
     r = here @ ((reading - cal.map.at(near)) * cal.weights)
     for name, slopes, most in zip(others[0], np.transpose(others[1]), others[2], strict=True):

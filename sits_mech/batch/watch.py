@@ -19,6 +19,7 @@ import xarray as xr
 
 from sits_mech.batch.run import TABLE, open_sweep
 from sits_mech.batch.studies.written import SCENE
+from sits_mech.readout.loads import each_of
 from sits_mech.status import ANSWERED, UNFINISHED, failure_kind
 from sits_mech.store import STORE
 from sits_mech.units import SceneError
@@ -67,7 +68,7 @@ def _written(path: Path) -> float:
 def _look(folder: Path) -> tuple[int, int, int, list[str]]:
     """Return how many cases are done, how many there are, how many failed, lines on groups and kinds of failures."""
     with open_sweep(folder) as data:
-        states, reasons = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
+        states, reasons = each_of(data), each_of(data, "reason")
         groups = _groups(data["status"])
     failures = Counter(
         failure_kind(state, reason) for state, reason in zip(states, reasons, strict=True)

@@ -77,7 +77,7 @@ def calibrate(
     folder = prepare_folder(output if output is not None else Path(f"{Path(scene).stem}-calibration"))
 
     from sits_mech.chain.calibrate import calibrate as calibrated
-    from sits_mech.readout.loads import varied
+    from sits_mech.readout.loads import each_of, varied
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
     from sits_mech.report.written import write_calibration
     from sits_mech.store import claimed
@@ -98,7 +98,7 @@ def calibrate(
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             print_table(part)
         print_table(summary_table(data))
-    statuses, off = data["status"].to_numpy().ravel().tolist(), float(data.attrs.get("error", nan))
+    statuses, off = each_of(data), float(data.attrs.get("error", nan))
     print_written(
         [folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=off, seconds=took
     )
@@ -192,9 +192,10 @@ def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool)
     """Run the stages of a study, print their tables, and return the statuses of all cases."""
     from sits_mech.batch.funnel import following, going_on
     from sits_mech.batch.run import keep_known
+    from sits_mech.readout.loads import each_of
 
     data = _ran(asked, output, executor, as_json)
-    statuses, before, study = data["status"].to_numpy().ravel().tolist(), output, asked
+    statuses, before, study = each_of(data), output, asked
     for number, stage in enumerate(asked.then, 1):
         chosen, place = going_on(data, stage), output / f"then-{number}"
         warn(f"then.{number}: {len(chosen)} of {data['status'].size} cases go on to {stage.name}")
@@ -206,7 +207,7 @@ def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool)
         first, study = (study, data), following(stage.study, study, chosen)
         keep_known(study, place, first, chosen)
         data = _ran(study, place, executor, as_json)
-        statuses, before = statuses + data["status"].to_numpy().ravel().tolist(), place
+        statuses, before = statuses + each_of(data), place
     return statuses
 
 

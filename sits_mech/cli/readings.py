@@ -162,7 +162,7 @@ def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | 
     found = _plain_code(option, text)
     if part is not None and (why := fault(found, part)):
         raise SceneError(f"{option}: must be of a coil that is read; got a fault, {text}: {why}")
-    middle = float(cal.forward(0.5 * (cal.low + cal.high))[k])
+    middle = float(cal.forward(cal.middle)[k])
     if not 0.5 * middle < found < 2.0 * middle:
         raise SceneError(f"{option}: must be near the calibration's codes, {middle:.0f}; got {text}: another clock?")
     return found

@@ -114,7 +114,7 @@ def header(source: Source, found: FixedPoint) -> str:
     if max(np.abs(low).max(), np.abs(high).max()) > 2**31 / (1.0 + MARGIN):
         most = "forces below 2147 N, moments below 2.1 N m, places within 2.1 m"
         raise SceneError(f"--to c: must have {most}; got {_ranges(cal)}")
-    worth = many * cal.force_error(0.5 * (cal.low + cal.high), np.ones(len(cal.coils)))
+    worth = many * cal.force_error(cal.middle, np.ones(len(cal.coils)))
     one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
     return Template(page_file("firmware.h.in", "export")).substitute(
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
@@ -135,7 +135,7 @@ def header(source: Source, found: FixedPoint) -> str:
         names=", ".join(f"SITS_{name.upper()} = {i}" for i, name in enumerate(cal.forces)),
         identity=identity(source.data), nominal=initializer(unit_numbers(source.data, cal.forces, as_computed(cal))),
         low=_row(low), range=_row(high - low),
-        rest=_row(np.rint(cal.forward(np.clip(0.0, cal.low, cal.high))).astype(np.int64)), base=_row(found.base),
+        rest=_row(np.rint(cal.forward(cal.rest)).astype(np.int64)), base=_row(found.base),
         register_rows=", ".join(f"{{0x{address:02X}, 0x{value:04X}}}" for address, _, value in registers),
         power=_rows(found.power), ends=_row(found.ends), coefficient=_rows(found.coefficient),
         weight=_row(found.weight), tolerance=_row(found.tolerance), far=_row(found.far),

@@ -89,6 +89,16 @@ class Calibration:
         return self.map.high
 
     @property
+    def rest(self) -> Array:
+        """The load of the table nearest to none [N, N m]."""
+        return np.asarray(np.clip(0.0, self.low, self.high))
+
+    @property
+    def middle(self) -> Array:
+        """The load in the middle of the table [N, N m]."""
+        return 0.5 * (self.low + self.high)
+
+    @property
     def error(self) -> float:
         """Largest error of predicting a load that is left out, over the coil's full scale."""
         return float(np.max(self.map.error / self.full_scale))
@@ -249,7 +259,7 @@ class Calibration:
     @cached_property
     def condition(self) -> float:
         """Condition number of the inductances by the forces, in coils' weights and ranges of the forces, mid-table."""
-        slopes = self.slopes(0.5 * (self.low + self.high)) * self.weights[:, None] * self._half
+        slopes = self.slopes(self.middle) * self.weights[:, None] * self._half
         return float(np.linalg.cond(slopes))
 
     @cached_property
@@ -259,7 +269,7 @@ class Calibration:
             return self.forces
         off = np.where(np.isfinite(self.map.error), self.map.error, 0.0)
         off = off + (0.0 if self.model_error is None else self.model_error)
-        least = self.map.scaled(np.clip(0.0, self.low, self.high))
+        least = self.map.scaled(self.rest)
         whole, here = (self.search.lost(x, off) for x in (np.concatenate(self.seeds), least[None]))
         none = whole | (here & (np.abs(least) < 1.0 - 1e-9))
         return tuple(name for name, unseen in zip(self.forces, none, strict=True) if unseen)

@@ -61,6 +61,11 @@ def answered(data: xr.Dataset) -> xr.DataArray:
     return data["status"].isin(ANSWERED)
 
 
+def each_of(data: xr.Dataset, name: str = "status") -> list[Any]:
+    """Return a variable of each point of a table, the last dimension running fastest."""
+    return list(data[name].to_numpy().ravel().tolist())
+
+
 def points(data: xr.Dataset) -> Iterator[xr.Dataset]:
     """Give the points of a table one by one, the last dimension running fastest."""
     return (point(data, number) for number in range(data["status"].size))

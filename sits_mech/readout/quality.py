@@ -91,7 +91,7 @@ def quality(
     loads, span = _loads(cal), cal.high - cal.low
     flat, valid = loads.to_numpy().reshape(-1, len(span)), _valid(cal)
     inside = flat[cal.domain.holds(cal.map.scaled(flat), 0.0)]
-    seen = observability(cal.forces, cal.map.slopes(0.5 * (cal.low + cal.high)), noise, span)
+    seen = observability(cal.forces, cal.map.slopes(cal.middle), noise, span)
     fine = np.tile(seen.resolution[:, None], 3)
     by_map = np.full(len(span), np.nan)
     if len(valid):
@@ -106,7 +106,7 @@ def quality(
     return Quality(
         cal.forces, cal.coils, np.stack([cal.low, cal.high], -1), cal.full_scale / cal.L0,
         _linear_error(table, np.eye(len(cal.L0))) / cal.L0, _linearity(cal, _own_sums(cal, table, sums)),
-        cal.map.slopes(_least(cal)) / cal.L0[:, None], _slope_errors(cal, table),
+        cal.map.slopes(cal.rest) / cal.L0[:, None], _slope_errors(cal, table),
         _misread(read - loads, span), _linear_error(table, sums) / span, after, fine, by_model, by_map, whole,
         _condition(cal, valid if len(valid) else inside), seen, cal.share, cal.no_inverse, cal.error,
         _hysteresis(cal, branches),
@@ -140,11 +140,6 @@ def _named_loads(cal: Calibration, axes: list[Array]) -> xr.DataArray:
     """Return the loads of a grid over the forces and their names."""
     coords = dict(zip(cal.forces, axes, strict=True)) | {"force": list(cal.forces)}
     return xr.DataArray(tensor_grid(*axes), coords, [*cal.forces, "force"])
-
-
-def _least(cal: Calibration) -> Array:
-    """Return the load of the table nearest to none."""
-    return np.asarray(np.clip(0.0, cal.low, cal.high))
 
 
 def _spread(values: Array) -> Array:
@@ -205,7 +200,7 @@ def _linearity(cal: Calibration, own: Array) -> Array:
     """Return the largest distance of each force's signal from its best line, over the signal's range."""
     found = []
     for k in range(len(cal.forces)):
-        line = np.tile(_least(cal), (_FINE[1], 1))
+        line = np.tile(cal.rest, (_FINE[1], 1))
         line[:, k] = np.linspace(cal.low[k], cal.high[k], len(line))
         y = cal.map.at(line) @ own[k]
         if not np.isfinite(y).all():

@@ -83,9 +83,9 @@ SiliconeOrName = Annotated[
 _SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 
-def check_sizes(part: BaseModel, needed: tuple[str, ...], shape: str) -> None:
-    """Refuse a part without the sizes of its shape, or with those of another one."""
-    for key in _SIZES:
+def check_sizes(part: BaseModel, needed: tuple[str, ...], shape: str, keys: tuple[str, ...] = _SIZES) -> None:
+    """Refuse a part without the sizes of its shape, or with those of another one, of `keys`."""
+    for key in keys:
         value = getattr(part, key, None)
         if (value is not None) != (key in needed):
             come = "it is missing" if key in needed else f"got {shown(value)}"

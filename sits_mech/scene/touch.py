@@ -13,10 +13,10 @@ from pydantic import BaseModel, model_validator
 
 from sits_mech.inputs import FORM
 from sits_mech.quantities import Array
-from sits_mech.scene.bounds import Coordinate, Length, PressingForce
+from sits_mech.scene.bounds import Coordinate, Length, PressingForce, check_sizes
 from sits_mech.scene.outlines import circle, polygon
 from sits_mech.scene.parts import Target
-from sits_mech.units import SLACK, SceneError, shown
+from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
 _SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length", "axis")}
@@ -62,11 +62,7 @@ class Touch(BaseModel):
     def _sizes(self) -> Self:
         """Refuse a shape without its sizes, or with those of another."""
         needed = _SIZES.get(self.shape, ("diameter",) if self.diameter is not None else ("width", "length"))
-        for key in _KEYS:
-            value = getattr(self, key)
-            if (value is not None) != (key in needed):
-                come = "it is missing" if key in needed else f"got {shown(value)}"
-                raise SceneError(f"{key} must {'' if key in needed else 'not '}be given for a {self.shape}; {come}")
+        check_sizes(self, needed, f"a {self.shape}", _KEYS)
         return self
 
     @property

@@ -58,7 +58,7 @@ class Constants:
 
 def as_computed(cal: Calibration) -> Constants:
     """Return the numbers of the sensor as it is calibrated."""
-    rest, d = cal.map.at(np.clip(0.0, cal.low, cal.high)), len(cal.forces)
+    rest, d = cal.map.at(cal.rest), len(cal.forces)
     none = np.zeros_like(rest)
     return Constants(np.rint(cal.map.coefficients[np.all(cal.map.powers == 0, axis=1)][0]), none, none, rest,
                      np.zeros(d), np.eye(d), np.zeros(d))

@@ -189,7 +189,7 @@ def _sampling(source: Source, front: FrontEnd | None, cal: Calibration) -> dict[
     found = {"capacitance": np.array(source.sensor.readout.parallel_capacitance)}
     if front is None:
         return found | {"sigma_L": unknown, "opened": unknown, "conversion": unknown, "channel_time": unknown}
-    L = cal.forward(0.5 * (cal.low + cal.high))
+    L = cal.forward(cal.middle)
     counted = np.full(len(unknown), conversion_time(front.rcount, front.part, front.reference))
     return found | {
         "sigma_L": front.noise / L, "reference": np.array(front.reference), "bits": np.array(front.part.bits),

@@ -19,7 +19,7 @@ from sits_mech.analysis.limits import limits_of
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk
-from sits_mech.readout.loads import answered, at_middle, fixed, load_words, request_of, varied
+from sits_mech.readout.loads import answered, at_middle, each_of, fixed, load_words, request_of, varied
 from sits_mech.readout.quality import quality
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.tables.loads import KINDS, failures, load_table, remarks, summary_table
@@ -97,7 +97,7 @@ def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     lines += [_sentence(line) for line in remarks(data)]
     lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
     lines += _mixing(data) + _models(sensor, data)
-    statuses = data["status"].to_numpy().ravel().tolist()
+    statuses = each_of(data)
     good = [f'<li class="good">Status: {counted(statuses)}.</li>'] if exit_code(statuses) == 0 else []
     lines += [] if good else [f"Status: {counted(statuses)}."]
     return "\n".join(good + [f"<li>{html.escape(line)}</li>" for line in lines])

@@ -22,7 +22,7 @@ from sits_mech.batch.studies.written import SCENE
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Array
-from sits_mech.readout.loads import point
+from sits_mech.readout.loads import each_of, point
 from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, tiles_of
@@ -59,7 +59,7 @@ def write_sweep(folder: Path, path: Path) -> list[Path]:
 
 def sweep_page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) -> str:
     """Return the report of a sweep's table; `failed` are numbers of cases, `files` their scenes by names."""
-    states = data["status"].to_numpy().ravel().tolist()
+    states = each_of(data)
     record = columns_of(data)
     shown = len(record["cases"])
     hint = f" {shown} of {len(states)} cases are here; result.nc has all." if shown < len(states) else ""

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ACROSS = 9  # loads along each force of the plane
+_BELOW: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}  # of a legend under its axes
 
 
 def adaptation_figure(found: Adaptation) -> Figure:
@@ -39,7 +40,7 @@ def _unknowns(found: Adaptation, axes: Axes) -> None:
     middle = (found.values[:count] - found.prior.start[:count]) / width
     _known(axes, place, found.names[:count])
     axes.errorbar(middle, place, xerr=2.0 * found.deviations[:count] / width, fmt="o", markersize=3, label="found")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    axes.legend(**_BELOW, ncols=2)
 
 
 def _known(axes: Axes, place: Integers, names: Sequence[str]) -> None:
@@ -60,7 +61,7 @@ def _readings(found: Adaptation, axes: Axes) -> None:
     expected = 1e9 * float(np.hypot(prior.noise, prior.model).max())
     axes.axhline(expected, color="black", linewidth=0.5, label="noise and model")
     axes.set(xlabel="row of the bench file", ylabel="|reading \u2212 model| [nH]", title="readings and model")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    axes.legend(**_BELOW, ncols=2)
 
 
 def _at_rest(found: Adaptation, count: int) -> tuple[Array, Array]:
@@ -110,7 +111,7 @@ def production_figure(found: Production, record: dict[str, Any]) -> Figure:
         for number, one in enumerate(found.units.values()):
             known.plot((one.values - start)[:count] / width[:count], place, "C0.", markersize=3,
                        label="units" if number == 0 else None)
-        known.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)
+        known.legend(**_BELOW, ncols=3)
         rows = record["delivered"]
         for force in rows[0]["force_error"]:
             errors.semilogy([100.0 * row["force_error"][force] for row in rows], "o-", label=force)

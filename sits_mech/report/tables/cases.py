@@ -11,7 +11,7 @@ from rich.table import Table
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
-from sits_mech.readout.loads import point, points
+from sits_mech.readout.loads import each_of, point, points
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.tables.loads import point_name
@@ -93,7 +93,7 @@ def _heading(data: xr.Dataset, name: str) -> str:
 
 def case_failures(data: xr.Dataset) -> list[str]:
     """Return a line for each kind of reason why cases have no result: how many, the first of them, its reason."""
-    status, reason = (data[name].to_numpy().ravel().tolist() for name in ("status", "reason"))
+    status, reason = each_of(data), each_of(data, "reason")
     found: dict[str, list[int]] = {}
     for number, state in enumerate(status):
         if state not in ANSWERED:
@@ -107,7 +107,7 @@ def case_failures(data: xr.Dataset) -> list[str]:
 def case_remarks(data: xr.Dataset) -> list[str]:
     """Return a line for each kind of what the models of a study's cases leave out, the largest of each."""
     names = [name for name in data if str(name).startswith("left_out")]
-    return [line for name in names for line in kept_lines(filter(None, data[name].to_numpy().ravel().tolist()))]
+    return [line for name in names for line in kept_lines(filter(None, each_of(data, str(name))))]
 
 
 def _text(values: np.ndarray) -> str:
