@@ -51,4 +51,4 @@ def test_the_token_opens_and_gives_a_cookie_that_opens() -> None:
 def test_all_others_get_403(query: str, headers: dict[str, str]) -> None:
     """By page as by socket."""
     assert asked(query, **headers)[0]["status"] == 403
-    assert asked(query, "websocket", **headers) == [{"type": "websocket.close", "code": 1008}]
+    assert asked(query, "websocket", **headers) == [{"type": "websocket.close", "code": 1008, "reason": ""}]
