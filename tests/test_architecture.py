@@ -89,7 +89,7 @@ UNMIRRORED = {
     "synthesis/solved/loads.py": "tests/synthesis/solved/test_figures.py: polynomials and their slopes",
     "synthesis/required/written.py": "tests/synthesis/required/test_requirements.py: files read and refused",
     **dict.fromkeys(
-        (f"synthesis/{name}.py" for name in ("answer", "solved/answered", "around", "preview")),
+        (f"synthesis/{name}.py" for name in ("answer", "solved/answered", "around")),
         "tests/synthesis/test_run.py: what comes of a search",
     ),
     "schemas/files.py": "tests/schemas/test_study.py: studies; test_requirements.py and test_bench.py beside it",

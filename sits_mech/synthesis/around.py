@@ -1,4 +1,4 @@
-"""Explore around the recommended design: prices of limits, sensitivities, a map of two numbers.
+"""Explore by predictions: prices of limits, sensitivities, a map of two numbers, a search that has only begun.
 
 All by the predictions of its choice (prediction.py), beside which a design's own figures are solved finer:
 
@@ -6,11 +6,13 @@ All by the predictions of its choice (prediction.py), beside which a design's ow
     sensitivity     change of a figure, over it, where a number goes up by a tenth of its bounds' distance
     ten percent     the same where the number itself goes up by a tenth, whatever its bounds
     landscape       what is minimised and what is exceeded, over the first two numbers
+    preview         the best prediction of a search that was stopped; the error of a figure is the largest of those of
+                    solved designs, and of what each of the choice differs from its prediction by the others of it
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,9 +22,9 @@ from sits_mech.quantities import Array
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.required.kinds import INVERSE, kind_of
 from sits_mech.synthesis.required.requirements import Requirements
-from sits_mech.synthesis.required.space import Variable
-from sits_mech.synthesis.search import Search
-from sits_mech.synthesis.solved.answered import Answered, Task
+from sits_mech.synthesis.required.space import Design, Variable
+from sits_mech.synthesis.search import Branch, Search
+from sits_mech.synthesis.solved.answered import Answered, Task, over
 
 _LOOSER = 0.1  # of a limit
 _STEP = 0.1  # of the bounds' distance, or of a number
@@ -127,4 +129,57 @@ def _figures(task: Task, prediction: Prediction, x: Array) -> dict[str, float]:
     found = task.figures(there)
     if there.table is not None and len(task.judge.deviations):
         found["yield"] = float(np.mean(task.judge.excess(there.table) <= 0.0))
+    return found
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Predicted design and figures."""
+
+    values: dict[str, Any]  # by key of the scene, as written
+    figures: dict[str, tuple[float, float]]  # value and error [SI]; the error nan where it is not known
+    limits: Mapping[str, float]  # [SI]
+    solved: int
+
+    @property
+    def exceeded(self) -> tuple[str, ...]:
+        """The limits that the prediction exceeds."""
+        return tuple(
+            name for name, limit in self.limits.items()
+            if name in self.figures and over(name, self.figures[name][0], limit) > 0.0
+        )
+
+
+def preview_of(asked: Requirements, search: Search) -> Preview:
+    """Return the best prediction of a search that was stopped after a few designs."""
+    branches = [each for each in search.branches if each.prediction.solved]
+    points = {each.choice: search.propose(each) if search.count else None for each in branches}
+
+    def merit(branch: Branch) -> float:
+        """Return what the choice promises, or where nothing varies has."""
+        point = points[branch.choice]
+        return min(map(search.merit, branch.known)) if point is None else point.merit
+
+    best = min(branches, key=merit)
+    point = points[best.choice]
+    x = best.prediction.solved[0].point if point is None else point.x
+    figures = search.task.figures(best.prediction.at(x))
+    error = errors(search.task, best.prediction)
+    rows = {name: (value, error.get(name, np.nan)) for name, value in figures.items()}
+    design = Design(best.choice, tuple(x.tolist()))
+    return Preview(asked.space.values(design), rows, search.task.limits, search.solved)
+
+
+def errors(task: Task, prediction: Prediction) -> dict[str, float]:
+    """Return the error of each predicted figure."""
+    found: dict[str, float] = {}
+    for k, each in enumerate(prediction.solved):
+        own = task.figures(each)
+        others = [*prediction.solved[:k], *prediction.solved[k + 1 :]]
+        there = task.figures(Prediction(others, ()).at(each.point)) if others else {}
+        off = {name: abs(value - own[name]) for name, value in there.items()}
+        for name in own:
+            known = [size for size in (each.error.get(name), off.get(name), found.get(name)) if size is not None]
+            if known:
+                found[name] = max(known)
     return found

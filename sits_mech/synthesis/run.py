@@ -35,9 +35,8 @@ from sits_mech.synthesis.answer import (
     said_of,
     tied_with,
 )
-from sits_mech.synthesis.around import landscape_of, prices, sensitivities
+from sits_mech.synthesis.around import Preview, landscape_of, preview_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
-from sits_mech.synthesis.preview import Preview, preview_of
 from sits_mech.synthesis.required.requirements import Requirements, read_requirements, requirements_of
 from sits_mech.synthesis.required.space import Design
 from sits_mech.synthesis.search import MOST, Branch, Search

@@ -11,9 +11,8 @@ from rich.table import Table
 from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
-from sits_mech.synthesis.around import Changes, Price
+from sits_mech.synthesis.around import Changes, Preview, Price
 from sits_mech.synthesis.bounds import DesignPlan
-from sits_mech.synthesis.preview import Preview
 from sits_mech.synthesis.required.kinds import INVERSE, figure_words, kind_of, shown_as
 from sits_mech.synthesis.required.requirements import Requirements
 from sits_mech.synthesis.required.written import SPECIAL
