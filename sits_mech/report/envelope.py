@@ -46,9 +46,8 @@ def envelope_table(found: Envelope) -> Table:
         apart = "" if math.isfinite(force_size(ray.force)) else f"{ray.plane}{ray.angle}"
         first.setdefault((sentence(ray.limit), *alike, apart), ray)
     for ray in first.values():
-        forces = {name: value for name, value in vars(ray.force).items() if value}
-        sizes = {name: with_error(v, v * ray.error) if math.isfinite(v) else f"{v}" for name, v in forces.items()}
-        words = (f"{name} = {size} {shown_unit(name)}" for name, size in sizes.items())
+        each = ((name, v, v * ray.error) for name, v in vars(ray.force).items() if v)
+        words = (f"{name} = {with_error(v, e) if math.isfinite(v) else v} {shown_unit(name)}" for name, v, e in each)
         rows.append((", ".join(words) or "no force", sentence(ray.limit)))
     return key_table("forces within all limits, and the limit that comes next; mirror images left out", rows)
 

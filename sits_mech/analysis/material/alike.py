@@ -55,13 +55,10 @@ def as_good(points: MeasuredPoints) -> tuple[LawWithConstants, ...]:
     """Return the laws that fit points within a pad's strains as well as the best, by their residuals."""
     near = points.excess <= max(REACH, np.sort(points.excess)[_LEAST - 1])
     points = MeasuredPoints(points.stretches[near], points.stress[near], points.weight[near], points.specimen[near])
-    tries = [(law, terms) for law in LAWS.values() for terms in ((1, 2) if law.lists else (1,))]
-    fits = [(fit_constants(law, points, terms), law) for law, terms in tries]
-    found = sorted(
-        ((fit.rms, LawWithConstants(law.name, fit.constants)) for fit, law in fits), key=lambda each: each[0]
-    )
-    most = max(_FACTOR * found[0][0], _FLOOR * float(points.stress.max()))
-    good = [known for rms, known in found if rms <= most]
+    tries = [(law, points, terms) for law in LAWS.values() for terms in ((1, 2) if law.lists else (1,))]
+    found = sorted(((fit_constants(*each), each[0].name) for each in tries), key=lambda pair: pair[0].rms)
+    most = max(_FACTOR * found[0][0].rms, _FLOOR * float(points.stress.max()))
+    good = [LawWithConstants(name, fit.constants) for fit, name in found if fit.rms <= most]
     if points.tension_alone:
         second = _SECOND * LAWS[good[0].law].shear_modulus(good[0].constants)
         pulled = state_stress("mooney-rivlin", {"c10": 0.0, "c01": second}, points.stretches)

@@ -36,9 +36,8 @@ _STEPS = (5.0, 2.0, 1.0)  # round numbers of a decade, coarse first
 def size_of(sensor: Sensor) -> dict[str, float]:
     """Return height and footprint of all parts at rest [m]."""
     solids = [solid for each in fixed_solids(sensor) for solid in each]
-    reach = [np.abs(each.turns[0]) @ each.half for each in solids]
-    low, high = (np.min([each.places[0] - half for each, half in zip(solids, reach, strict=True)], axis=0),
-                 np.max([each.places[0] + half for each, half in zip(solids, reach, strict=True)], axis=0))
+    middle, reach = np.array([(each.places[0], np.abs(each.turns[0]) @ each.half) for each in solids]).swapaxes(0, 1)
+    low, high = (middle - reach).min(axis=0), (middle + reach).max(axis=0)
     layer, target = sensor.elastomer, sensor.target
     top = 0.0 if layer is None else layer.standoff + layer.thickness
     over = 0.0 if sensor.cover is None else sensor.cover.thickness
