@@ -54,7 +54,9 @@ SURE = 3.0
 """Times a predicted error: of 74 loads none reached less than 0.39 of it, so that what is farther away is missed."""
 _OF_ALL = 0.6  # of the largest load's error, what two loads on a third mesh leave of all of a table
 MANY_ON_THREE = 3e-3
-"""Tolerance from which on many loads take three meshes: a fourth leaves 0.8 of their error for thrice the cost."""
+"""Tolerance from which on many loads take three meshes, and a fourth if it promises that tolerance."""
+FOURTH = 0.7
+"""Of the error of three meshes in space, what a fourth leaves at most: 0.36 to 0.71 of five loads of two pads."""
 _TOUCHING = NoteKind.FACE_TOUCHES, NoteKind.FACES_TOUCH
 _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by contact that grows harder
 _FIRST, _FARTHER = 10, 2.5  # iterations of two meshes under a load within reach, and how they grow with increments
