@@ -1,4 +1,4 @@
-"""Correct all poses of a grid of loads by finer meshes at two of them.
+"""Correct all poses of a grid of loads by finer meshes at one or two of them.
 
 All loads of a grid are solved on the same two meshes. Extrapolation adds a_k, with its sign, to a component k, and
 E_k >= |a_k| is its estimated error; both are large where a mesh is too coarse, so that finer meshes are compared with
@@ -10,11 +10,12 @@ the largest; one in all),
     error_k = r_k E_k,       r_k = sum_m w_m (|D_k - c_k a_k| + s_k e_k)/E_k,       s = 0.7 of d_v, else 0.9:
 
 of what three meshes own to, a fourth showed 0.21 to 0.65 of d_v and 0.08 to 0.90 of d_h and alpha, under eight loads of
-three pads (edges' and cells' terms cancel along z, and the latter was spurious). r_k a_k is shared by all loads with one sign for each component, and the rest is each load's own. What small strains are off by
-is in E_k, in proportion to the load; what is left goes by the squares of displacements, so that beyond those of a load
-that was compared what that one tells grows by their squares, and where E_k grows more than in proportion by as much
-again, at most to one: there the first meshes' error stands (`biorob2018-w15`, shear alone: D_k/E_k of d_h 0.11 at
-0.35 N, 0.37 at 0.7 N). Components that no load showed take the largest r.
+three pads (edges' and cells' terms cancel along z, and the latter was spurious). r_k a_k is shared by all loads with
+one sign for each component, and the rest is each load's own. What small strains are off by is in E_k, in proportion to
+the load; what is left goes by the squares of displacements, so that beyond those of a load that was compared what that
+one tells grows by their squares, and where E_k grows more than in proportion by as much again, at most to one: there
+the first meshes' error stands (`biorob2018-w15`, shear alone: D_k/E_k of d_h 0.11 at 0.35 N, 0.37 at 0.7 N). Components
+that no load showed take the largest r.
 
 The first meshes overestimate the stretch at bonded edges: less one, the larger share of it that finer ones show at
 those loads is taken everywhere.
@@ -142,8 +143,9 @@ def _telling(way: Array, loads: list[int]) -> tuple[list[int], int]:
     own = np.abs(way) / np.maximum(largest, 1e-300) * (largest > _STILL * largest.max())
     size = np.abs(way).max(axis=1, initial=0.0)
     order = sorted(loads, key=lambda k: -float(own[k].sum()))
-    near = [k for k in order if size[k] <= _NEAR * size[order[0]]]
     first = own[order[0]] if order else own[:0]
-    off = {k: own[k] - own[k] @ first / (first @ first) * first for k in near if own[k].max() >= 0.5 and np.all(own[k][first > 0.0] > 0.0)}
-    other = [k for k in sorted(off, key=lambda k: -float(np.linalg.norm(off[k]))) if np.linalg.norm(off[k]) > _TENTH][:1]
+    near = [k for k in order if size[k] <= _NEAR * size[order[0]]]
+    alike = [k for k in near if own[k].max() >= 0.5 and np.all(own[k][first > 0.0] > 0.0)]
+    off = {k: float(np.linalg.norm(own[k] - own[k] @ first / (first @ first) * first)) for k in alike}
+    other = [k for k in alike if off[k] == max(off.values()) > _TENTH][:1]
     return list(dict.fromkeys([*order[:1], *other, *near])), 1 + len(other)

@@ -165,8 +165,9 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     if count == 1:
         ways = [(count, times, error) for _, times, _ in alone[:1]] if wandered else alone
     else:
-        compared = [(_COMPARED, times, max(share, _OF_ALL) * error) for times, share in shares]
-        ways = compared[: 1 if tolerance >= MANY_ON_THREE else None]
+        left = zip(shares, (_OF_ALL, FOURTH * _OF_ALL), strict=False)
+        compared = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
+        ways = compared[: 1 if tolerance >= MANY_ON_THREE and compared[-1][-1] > tolerance else None]
         if not wandered and alone[-1][-1] <= SURE * tolerance < ways[-1][-1]:
             ways = alone
     return next((way for way in ways if way[-1] <= tolerance), ways[-1])

@@ -174,7 +174,7 @@ def test_finer_meshes_that_fail_change_nothing():
 
 
 def test_the_load_that_moves_all_components_most_comes_first_then_a_nearer_one_in_another_proportion():
-    """Each component over its own largest, however small it is; what rests does not count, and of one proportion one."""
+    """Each component over its own largest, however small it is; what rests does not count; of one proportion one."""
     way = np.array([[1.0, 0.05, 0.0], [0.4, 0.05, 0.0], [0.5, 0.1, 1e-5], [1.0, 0.1, 0.0], [0.7, 0.07, 0.0]])
     way = np.hstack([way, np.zeros((5, 3))])
     assert _telling(way, [0, 1, 2, 3, 4]) == ([3, 2, 4, 1], 2)
