@@ -41,11 +41,9 @@ from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 
 _NEAR = 0.75  # of the farthest load's displacement, what others move at most: beyond, finer meshes are dear
-_TRIED = 4  # loads that are tried for two
-_LEFT = np.array([0.7 if name == "d_v" else 0.9 for name in POSE])  # s
-_SAME = 1e-3  # of the largest displacements: loads that are one
+_LEFT = np.array([0.9, 0.7, 0.9, 0.9, 0.9, 0.9])  # s
 _TENTH = 0.1  # of the largest displacement of a component: one that a compared load shows
-_MOVES = np.array([not name.startswith("alpha") for name in POSE])  # an angle is what moments leave of each other
+_MOVES = np.array([True, True, False, True, False, False])  # an angle is what moments leave of each other
 _STILL = 1e-3  # of the farthest, a displacement that counts
 
 
@@ -67,7 +65,7 @@ def corrected_loads(
     open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and owned[k] > 0.0]
     chosen, wanted = _telling(way, open_to)
     told: dict[int, Equilibrium] = {}
-    for k in chosen[:_TRIED]:
+    for k in chosen[: 2 * wanted]:
         rest = finer(rests[k].wrench).rest
         if rest is not None and not np.array_equal(rest.pose.components, poses[k]):
             told[k] = rest
@@ -100,7 +98,7 @@ def _nearness(way: Array, told: list[int]) -> Array:
     """Return weights of compared loads by how alike to them others move the target, shape (n, m), one in all."""
     own = np.abs(way) / np.maximum(np.abs(way).max(axis=0), 1e-300)
     square = np.sum((own[:, None] - own[told]) ** 2, axis=2)
-    weights = 1.0 / np.maximum(square, _SAME**2)
+    weights = 1.0 / np.maximum(square, _STILL**2)
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 

@@ -4,8 +4,8 @@ Which loads are solved, and what stands between them, is decided by `maps.grid`:
 tolerance of the range of each of their components, the target's edges included, and of the signals (goal.py). The error
 of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved whole
 where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves more
-than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from two loads
-(corrections.py), or found for each where that would surely leave too much (prices.py).
+than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one or
+two loads (corrections.py).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.corrections import corrected_loads
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.prices import FOURTH, MANY_ON_THREE, further
+from sits_mech.chain.prices import FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again
@@ -127,16 +127,15 @@ def _finer(
     wanted, most = 0.0 if goal is None else goal.left(grid.tolerance), worst(drawn.values(), goal)
     if most <= wanted:
         return drawn
-    alone = grid.few or goal is not None and _alone(rough, goal, wanted)
 
     def again(load: Wrench, deepest: int = 99) -> Settled:
         """Solve a load again on as many finer meshes as the worst load's error requires."""
-        share = wanted if alone or goal is None else wanted / most * worst([rough[load]], goal)
+        share = wanted if grid.few or goal is None else wanted / most * worst([rough[load]], goal)
         model = grid.layer if goal is None else layer.towards(goal.weights, share, deepest)
         own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g} {deepest}")
         return allowed_by_symmetry(settled_again(model, rough, load, own), grid.symmetry, load)
 
-    if alone:
+    if grid.few:
         return _each(layer.rough, rough, again, grid.symmetry)
 
     def compared(deepest: int) -> dict[Wrench, Settled]:
@@ -147,13 +146,6 @@ def _finer(
     found = compared(99 if grid.tolerance < MANY_ON_THREE else 3)
     left = worst(found.values(), goal)
     return compared(4) if wanted < left <= wanted / FOURTH and grid.tolerance >= MANY_ON_THREE else found
-
-
-def _alone(rough: Mapping[Wrench, Settled], goal: Goal, wanted: float) -> bool:
-    """Return whether each of many loads is to be solved on finer meshes, as two would leave too much of the worst."""
-    rests = [one.rest for one in rough.values() if one.rest]
-    off, first = max(((goal.mechanics(poses_of([rest])), rest.report) for rest in rests), key=lambda each: each[0])
-    return further(first, off, wanted, _FEW + 1)[0] > _FEW
 
 
 def _each(

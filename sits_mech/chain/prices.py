@@ -2,11 +2,10 @@
 
 Two meshes (0.1 to 0.5 s in space) have their own estimate e of the error. Where that is small enough the answer is
 theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and leave so
-many times their error. Of many loads two are solved on these and correct all others; where that surely leaves too
-much, each is, if that may be enough. Those of pads are medians of 72 scenes and loads by chance, those of layers in
-the plane of ten, those of tables of nine; `benchmarks/promises.py` draws other sixty, and compares predictions with
-results. Seconds are of processor time on one core of the machine that `benchmarks/solve_costs.py` ran on, within a
-factor of some three elsewhere.
+many times their error. Of many loads two are solved on these and correct all others. Those of pads are medians of 72
+scenes and loads by chance, those of layers in the plane of ten, those of tables of nine; `benchmarks/promises.py` draws
+other sixty, and compares predictions with results. Seconds are of processor time on one core of the machine that
+`benchmarks/solve_costs.py` ran on, within a factor of some three elsewhere.
 
 Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
@@ -160,16 +159,14 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     shares: Sequence[tuple[float, float]] = _FURTHER.get(first.model, _NONE)
     if count == 1 and first.creased:
         return count, 0.0, error
-    wandered = first.iterations > _WANDERED
-    alone = [(count, times, share * error) for times, share in shares]
-    if count == 1:
-        ways = [(count, times, error) for _, times, _ in alone[:1]] if wandered else alone
-    else:
+    if count > 1:
         left = zip(shares, (_OF_ALL, FOURTH * _OF_ALL), strict=False)
-        compared = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
-        ways = compared[: 1 if tolerance >= MANY_ON_THREE and compared[-1][-1] > tolerance else None]
-        if not wandered and alone[-1][-1] <= SURE * tolerance < ways[-1][-1]:
-            ways = alone
+        ways = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
+        ways = ways[: 1 if tolerance >= MANY_ON_THREE and ways[-1][-1] > tolerance else None]
+    elif first.iterations > _WANDERED:
+        ways = [(count, shares[0][0], error)]
+    else:
+        ways = [(count, times, share * error) for times, share in shares]
     return next((way for way in ways if way[-1] <= tolerance), ways[-1])
 
 

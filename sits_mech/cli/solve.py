@@ -70,7 +70,7 @@ def pose(
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
             left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
             layer = beside_omissions(layer, choice, tolerance, left_out)
-            found = at_rest(sensor, layer, loads[-1], via, left_out)
+            found = at_rest(sensor, layer, loads[-1], left_out, via)
     except SolveFailed as error:
         return not_converged(error, as_json)
     flags = rest_flags(sensor, found, tolerance)
