@@ -32,7 +32,7 @@ SHEAR, NORMAL, COUNT, LOADS = 0.5, 2.0, 5, 200
 def direct(sensor: Sensor, loads: list[Wrench], tolerance: float) -> Array:
     """Return the inductance of each coil under loads that are solved one by one, from rest, shape (m, n) [H]."""
     layer, field = (choose(sensor, "auto", tolerance, loads)[0] for choose in (mechanical_model, loaded_model))
-    found = [at_rest(sensor, layer, load) for load in loads]
+    found = [at_rest(sensor, layer, load, ()) for load in loads]
     reading = read_poses(sensor, field, poses_of(found))
     return np.asarray(np.diagonal(reading.impedance.L, axis1=-2, axis2=-1))
 

@@ -26,6 +26,7 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.mechanics.models import strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import MechanicalModel, Wrench
@@ -199,12 +200,17 @@ class _Search:
 
 
 def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
-    """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large)."""
+    """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large).
+
+    The first share tried is that up to which small strains are within the data.
+    """
     layer, _ = mechanical_model(sensor, mechanics, _POSE, [load])
     if not isinstance(layer, RefinedModel):
         return 1.0
     most, solved = known_stretch(sensor), symmetry_of(sensor).standard(load)[0]
-    share = min(capacity(sensor, layer.rough, solved, most, within=_WITHIN[1]).multiple, 1.0)  # it may be infinite
+    first = min(1.0, (most - 1.0) / strain_bound(sensor, [solved])) or 1.0  # of no bound all
+    found = capacity(sensor, layer.rough, _times(first, solved), most, within=_WITHIN[1])
+    share = min(first * found.multiple, 1.0)  # it may be infinite
     tens = 10.0 ** math.floor(math.log10(max(share, 1e-9)))
     return round(math.floor(share / tens) * tens, 10)
 

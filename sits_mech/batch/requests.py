@@ -132,7 +132,7 @@ def _pose(variant: Variant, asked: Row) -> Row:
     numerics = tolerance if chosen.by_name else chosen.tolerance
     left_out = mechanical_omissions(sensor, chosen.name, [wrench])
     layer = beside_omissions(_mechanical(variant, chosen.name, numerics), chosen, tolerance, left_out)
-    found = at_rest(sensor, layer, wrench, left_out=left_out)
+    found = at_rest(sensor, layer, wrench, left_out)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 

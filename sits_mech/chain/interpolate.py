@@ -4,8 +4,8 @@ Which loads are solved, and what stands between them, is decided by `maps.grid`:
 tolerance of the range of each of their components, the target's edges included, and of the signals (goal.py). The error
 of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved whole
 where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves more
-than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from two loads
-(corrections.py), or found for each where that would surely leave too much (prices.py).
+than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one or
+two loads (corrections.py).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.corrections import corrected_loads
 from sits_mech.chain.goal import Goal
-from sits_mech.chain.prices import MANY_ON_THREE, further
+from sits_mech.chain.prices import FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again
@@ -111,42 +111,41 @@ def poses_on_grid(
     weighed = None if aim is None else aim.weights / _SIGNALS
     part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
+    drawn = whole if part is None else _between(part, whole, grid, sizes)
     if refined is not None and first is not layer:
-        whole = _finer(grid, refined, whole, goal_of(whole.values()))
+        finer = _finer(grid, refined, whole, drawn, goal_of(whole.values()))
+        drawn = finer if part is None or finer is drawn else _between(part, finer, grid, sizes)
     if part is not None:
-        error = np.maximum(part.error, _UNSEEN * np.max(part.error * sizes) / sizes)
-        whole = whole | _between(replace(part, error=error), whole, grid.symmetry, grid.loads)
         grid.progress(len(grid.loads), len(grid.loads))
-    return {load: whole[load] for load in grid.loads}
+    return {load: drawn[load] for load in grid.loads}
 
 
 def _finer(
-    grid: LayerGrid, layer: RefinedModel, rough: dict[Wrench, Settled], goal: Goal | None
+    grid: LayerGrid, layer: RefinedModel, rough: dict[Wrench, Settled], drawn: dict[Wrench, Settled], goal: Goal | None
 ) -> dict[Wrench, Settled]:
-    """Return what comes of loads with what finer meshes change; unchanged where the first are good enough."""
-    wanted, most = 0.0 if goal is None else goal.left(grid.tolerance), worst(rough.values(), goal)
+    """Return what comes of loads with what finer meshes change; all `drawn` where the first are good enough."""
+    wanted, most = 0.0 if goal is None else goal.left(grid.tolerance), worst(drawn.values(), goal)
     if most <= wanted:
-        return rough
-    alone = grid.few or goal is not None and _alone(rough, goal, wanted)
+        return drawn
 
-    def again(load: Wrench) -> Settled:
+    def again(load: Wrench, deepest: int = 99) -> Settled:
         """Solve a load again on as many finer meshes as the worst load's error requires."""
-        share = wanted if alone or goal is None else wanted / most * worst([rough[load]], goal)
-        deepest = 99 if alone or grid.tolerance < MANY_ON_THREE else 3
+        share = wanted if grid.few or goal is None else wanted / most * worst([rough[load]], goal)
         model = grid.layer if goal is None else layer.towards(goal.weights, share, deepest)
-        own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g}")
+        own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g} {deepest}")
         return allowed_by_symmetry(settled_again(model, rough, load, own), grid.symmetry, load)
 
-    if alone:
+    if grid.few:
         return _each(layer.rough, rough, again, grid.symmetry)
-    return corrected_loads(rough, again, levers(grid.sensor), unloaded_pose(grid.sensor).components)
 
+    def compared(deepest: int) -> dict[Wrench, Settled]:
+        """Correct all loads by some of them on so many meshes."""
+        way = levers(grid.sensor), unloaded_pose(grid.sensor).components
+        return corrected_loads(rough, partial(again, deepest=deepest), *way)
 
-def _alone(rough: Mapping[Wrench, Settled], goal: Goal, wanted: float) -> bool:
-    """Return whether each of many loads is to be solved on finer meshes, as two would leave too much of the worst."""
-    rests = [one.rest for one in rough.values() if one.rest]
-    off, first = max(((goal.mechanics(poses_of([rest])), rest.report) for rest in rests), key=lambda each: each[0])
-    return further(first, off, wanted, _FEW + 1)[0] > _FEW
+    found = compared(99 if grid.tolerance < MANY_ON_THREE else 3)
+    left = worst(found.values(), goal)
+    return compared(4) if wanted < left <= wanted / FOURTH and grid.tolerance >= MANY_ON_THREE else found
 
 
 def _each(
@@ -203,9 +202,11 @@ def solved_likely(
 
 
 def _between(
-    part: SolvedPart, settled: Mapping[Wrench, Settled], symmetry: Symmetry, loads: Sequence[Wrench]
+    part: SolvedPart, settled: dict[Wrench, Settled], grid: LayerGrid, levers: Array
 ) -> dict[Wrench, Settled]:
-    """Interpolate the rests of a grid's loads between the solved ones."""
+    """Return what comes of a grid's loads, those between solved ones interpolated."""
+    loads, missed = grid.loads, part.error_at.reshape(-1, len(POSE))
+    missed = np.maximum(missed, _UNSEEN * np.max(missed * levers, axis=1, keepdims=True) / levers)
     solved = [one.rest for one in settled.values() if one.rest]
     count, slopes = min(len(rest.shared) for rest in solved), min(len(rest.slopes) for rest in solved)
 
@@ -224,16 +225,16 @@ def _between(
     for name, numbers in (("min_J", places), ("stretch", straight)):
         if not np.all(np.isfinite(np.array([getattr(rest.report, name) for rest in solved], dtype=float))):
             numbers[:, end] = np.nan  # not known of one, it is of none between
-    sizes = np.clip(straight[:, :end], own.min(axis=0), own.max(axis=0)) + part.error
+    sizes = np.clip(straight[:, :end], own.min(axis=0), own.max(axis=0)) + missed
     plane = np.arange(end) < 3
     sizes = np.where(plane | np.array([load.out_of_plane != () for load in loads])[:, None], sizes, 0.0)
     most = max(rest.report.estimated_error for rest in solved)
     report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(Note(NoteKind.INTERPOLATED),))
-    return {
+    return settled | {
         load: allowed_by_symmetry(Settled(Equilibrium(
             load, Pose.of(place[:end]), Pose.of(size), np.zeros(0),
             replace(report, min_J=float(place[end]), stretch=float(line[end])),
             line[end + 1 :].reshape(-1, end), slopes=place[end + 1 :].reshape(-1, end),
-        )), symmetry, load)
+        )), grid.symmetry, load)
         for load, place, size, line in zip(loads, places, sizes, straight, strict=True) if load not in settled
     }

@@ -2,11 +2,10 @@
 
 Two meshes (0.1 to 0.5 s in space) have their own estimate e of the error. Where that is small enough the answer is
 theirs. Otherwise a third mesh and a fourth follow, which take so many times the seconds of the first two and leave so
-many times their error. Of many loads two are solved on these and correct all others; where that surely leaves too
-much, each is, if that may be enough. Those of pads are medians of 72 scenes and loads by chance, those of layers in
-the plane of ten, those of tables of nine; `benchmarks/promises.py` draws other sixty, and compares predictions with
-results. Seconds are of processor time on one core of the machine that `benchmarks/solve_costs.py` ran on, within a
-factor of some three elsewhere.
+many times their error. Of many loads two are solved on these and correct all others. Those of pads are medians of 72
+scenes and loads by chance, those of layers in the plane of ten, those of tables of nine; `benchmarks/promises.py` draws
+other sixty, and compares predictions with results. Seconds are of processor time on one core of the machine that
+`benchmarks/solve_costs.py` ran on, within a factor of some three elsewhere.
 
 Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
@@ -52,9 +51,11 @@ _WANDERED = 24  # iterations of two meshes beyond which no finer one was seen to
 _MEAN, _COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
 SURE = 3.0
 """Times a predicted error: of 74 loads none reached less than 0.39 of it, so that what is farther away is missed."""
-_OF_ALL = 0.6  # of the largest load's error, what two loads on a third mesh leave of all of a table
+_OF_ALL = 0.4  # of the largest error, what loads compared on a third mesh leave of all of a table: 0.18 to 0.39 of five
 MANY_ON_THREE = 3e-3
-"""Tolerance from which on many loads take three meshes: a fourth leaves 0.8 of their error for thrice the cost."""
+"""Tolerance from which on many loads take three meshes, and a fourth if it promises that tolerance."""
+FOURTH = 0.7
+"""Of the error of three meshes in space, what a fourth leaves at most: 0.36 to 0.71 of five loads of two pads."""
 _TOUCHING = NoteKind.FACE_TOUCHES, NoteKind.FACES_TOUCH
 _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by contact that grows harder
 _FIRST, _FARTHER = 10, 2.5  # iterations of two meshes under a load within reach, and how they grow with increments
@@ -158,15 +159,14 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     shares: Sequence[tuple[float, float]] = _FURTHER.get(first.model, _NONE)
     if count == 1 and first.creased:
         return count, 0.0, error
-    wandered = first.iterations > _WANDERED
-    alone = [(count, times, share * error) for times, share in shares]
-    if count == 1:
-        ways = [(count, times, error) for _, times, _ in alone[:1]] if wandered else alone
+    if count > 1:
+        left = zip(shares, (_OF_ALL, FOURTH * _OF_ALL), strict=False)
+        ways = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
+        ways = ways[: 1 if tolerance >= MANY_ON_THREE and ways[-1][-1] > tolerance else None]
+    elif first.iterations > _WANDERED:
+        ways = [(count, shares[0][0], error)]
     else:
-        compared = [(_COMPARED, times, max(share, _OF_ALL) * error) for times, share in shares]
-        ways = compared[: 1 if tolerance >= MANY_ON_THREE else None]
-        if not wandered and alone[-1][-1] <= SURE * tolerance < ways[-1][-1]:
-            ways = alone
+        ways = [(count, times, share * error) for times, share in shares]
     return next((way for way in ways if way[-1] <= tolerance), ways[-1])
 
 

@@ -138,7 +138,7 @@ def simulate(
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         left_out = mechanical_omissions(sensor, choice.name, [wrench])
-        shown = simulated(sensor, field, at_rest(sensor, layer, wrench, via, left_out))
+        shown = simulated(sensor, field, at_rest(sensor, layer, wrench, left_out, via))
         return _flagged(sensor, field, replace(shown, left_out=left_out), tolerance)
     found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
     rest = _with(sensor, _of_load(sensor, found.found, wrench, found.back), found.left_out)
@@ -297,22 +297,21 @@ def aimed_rest(
 
 
 def at_rest(
-    sensor: Sensor, layer: MechanicalModel, wrench: Wrench, via: Sequence[Wrench] = (),
-    left_out: tuple[Omission, ...] | None = None,
+    sensor: Sensor, layer: MechanicalModel, wrench: Wrench, left_out: tuple[Omission, ...], via: Sequence[Wrench] = (),
 ) -> Equilibrium:
     """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
     A load that leaves the plane is solved as one of its images, as for `calibrate`: by half the pad if that lies in the
-    plane. The state of an image is not that of the load, and is left out. `via` are loads passed on the way, for a
-    layer with friction, `left_out` what the layer leaves out of the load, where that is known. Raises SceneError where
-    the layer has no friction, SolveFailed without equilibrium.
+    plane. The state of an image is not that of the load, and is left out. Its error holds `left_out`, what the layer
+    leaves out of the load. `via` are loads passed on the way, for a layer with friction. Raises SceneError where the
+    layer has no friction, SolveFailed without equilibrium.
     """
     if via:
         found = _along_path(sensor, layer, [*via, wrench])
     else:
         image, back = image_at_rest(symmetry_of(sensor), layer, wrench)
         found = _of_load(sensor, image, wrench, back)
-    return with_omissions(sensor, [found])[0] if left_out is None else _with(sensor, found, left_out)
+    return _with(sensor, found, left_out)
 
 
 def _of_load(sensor: Sensor, found: Equilibrium, wrench: Wrench, back: Array) -> Equilibrium:

@@ -68,7 +68,7 @@ def pose(
         layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
         left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
         layer = beside_omissions(layer, choice, tolerance, left_out)
-        found = at_rest(sensor, layer, loads[-1], via, left_out)
+        found = at_rest(sensor, layer, loads[-1], left_out, via)
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(left_out)]
     answer(equilibrium_record(found, left_out) | status_record(flags), tables, as_json)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain.corrections import _telling, corrected_loads
+from sits_mech.chain.corrections import _beyond_compared, _telling, corrected_loads
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 
@@ -67,24 +67,27 @@ GRID = (np.linspace(-1, 1, 7), np.linspace(0, 4, 7))
 
 
 def test_a_change_that_is_a_share_of_what_is_added_is_found_from_two_loads():
-    """Without the farthest loads, and of no image; errors are the share of the first that finer answers own to, twice
-    less as the first ones were seen to be too large, and more beyond those loads.
-    """
+    """The farthest and a nearer one, and of no image; errors are the share of the first that finer answers own to."""
     before, (finer, seen) = rows_of(*GRID, error=1.0), finer_by(lambda load: SHARE * added(load))
     found = corrected_loads(before, finer, LEVERS, AT_REST)
-    assert len(seen) == 2 and all(0.0 < load.F_x < 1.0 and load.F_z > 0.0 for load in seen)
-    left = np.minimum(1.0, 2.0 * np.abs(SHARE[:3])) * 1e-9
+    assert seen[0] == Wrench(1.0, 4.0) and len(seen) == 2 and 0.0 < seen[1].F_x < 1.0 and seen[1].F_z > 0.0
+    left = np.array([0.9e-9, 0.7e-9, 0.9e-9])
     known = np.array([np.abs(added(load)[:3]) for load in seen])
     ends = left / known.max(axis=0), left / known.min(axis=0)
     for load, pose in poses(found).items():
         np.testing.assert_allclose(pose, rough(load) + SHARE * added(load), atol=1e-15)
         size, own = np.abs(added(load)[:3]), errors(found[load])[:3]
-        high = np.where(size > known.min(axis=0), np.maximum(size, ends[1] * size), ends[1] * size)
+        beyond = np.any(size > known.min(axis=0) * (1.0 + 1e-9))  # the nearer one
+        high = np.maximum(size, ends[1] * size) if beyond else ends[1] * size
         assert np.all((ends[0] * size * (1.0 - 1e-6) <= own) & (own <= high * (1.0 + 1e-6)))
     for load in seen:
         np.testing.assert_allclose(errors(found[load])[:3], left, rtol=1e-3)
-    beyond = errors(found[Wrench(1.0, 4.0)])[0] / np.abs(added(Wrench(1.0, 4.0))[0])
-    assert beyond > 1.5 * np.max(left[0] / known[:, 0])
+
+def test_beyond_a_compared_load_errors_grow_by_the_squares_of_displacements():
+    """Of an angle by those of the farthest; more where the first meshes own to more than in proportion."""
+    way = np.array([[1.0, 0.3, 0.4, 0, 0, 0], [2.0, 0.3, 0.5, 0, 0, 0], [0.5, 0.3, 0.1, 0, 0, 0]])
+    grown = _beyond_compared(np.array([[1.0] * 6, [2.0, 1.0, 6.0, 2.0, 2.0, 2.0], [0.5] * 6]), way, [0])
+    np.testing.assert_allclose(grown[:, 0, :3], [[1, 1, 1], [4, 1, 12], [1, 1, 1]])
 
 
 def test_stretch_is_told_as_finer_meshes_show_it():
@@ -141,7 +144,7 @@ def test_what_is_shared_keeps_its_sign_in_a_part_for_each_component():
 
 def test_where_the_first_meshes_own_to_more_than_was_compared_their_error_grows_back():
     before = rows_of(*GRID)
-    hard = Wrench(1.0, 4.0)
+    hard = Wrench(1.0, 2.0)
     before[hard] = changed(before[hard], error=Pose.of(1e3 * errors(before[hard])))
     found = corrected_loads(before, finer_by(lambda load: SHARE * added(load))[0], LEVERS, AT_REST)
     assert found[hard].rest.error.d_h == pytest.approx(before[hard].rest.error.d_h)
@@ -170,12 +173,13 @@ def test_finer_meshes_that_fail_change_nothing():
     }
 
 
-def test_loads_that_move_all_components_and_the_most_otherwise_come_first():
-    """Each component over its own largest, however small it is; what rests does not count."""
-    way = np.array([[1.0, 0.01, 0.0], [0.4, 0.05, 0.0], [0.5, 0.1, 1e-5], [0.6, 0.1, 0.0], [1.0, 0.0, 0.0]])
+def test_the_load_that_moves_all_components_most_comes_first_then_a_nearer_one_in_another_proportion():
+    """Each component over its own largest, however small it is; what rests does not count; of one proportion one."""
+    way = np.array([[1.0, 0.05, 0.0], [0.4, 0.05, 0.0], [0.5, 0.1, 1e-5], [1.0, 0.1, 0.0], [0.7, 0.07, 0.0]])
     way = np.hstack([way, np.zeros((5, 3))])
-    assert _telling(way, [0, 1, 2, 3, 4]) == [3, 0, 2, 4, 1]
-    assert _telling(way, [1]) == [1] and _telling(way, []) == []
+    assert _telling(way, [0, 1, 2, 3, 4]) == ([3, 2, 4, 1], 2)
+    assert _telling(way, [0, 3, 4]) == ([3, 4], 1)
+    assert _telling(way, [1]) == ([1], 1) and _telling(way, []) == ([], 1)
 
 
 def test_loads_that_move_otherwise_are_corrected_each_by_its_own():
@@ -201,12 +205,12 @@ def test_loads_without_an_error_are_not_compared():
     assert len(others) == 2 and not {*others} & {*seen}
 
 
-def test_errors_of_finer_meshes_are_told_whole_where_first_ones_were_right():
-    """A change as large as was told of the first meshes, all of which is made: what is left is what finer ones tell."""
+def test_errors_are_those_of_finer_meshes_where_first_ones_were_right():
+    """A change as large as the first meshes' errors, all of which is made."""
     finer, seen = finer_by(added, error=1e-8)
     found = corrected_loads(rows_of(*GRID, error=1.0), finer, LEVERS, AT_REST)
     least = min(seen, key=lambda load: abs(load.F_x))
-    assert found[least].rest.error.d_h == pytest.approx(1e-8)
+    assert found[least].rest.error.d_h == pytest.approx(0.9e-8)
 
 
 def test_a_component_that_no_compared_load_has_is_told_by_the_worst_of_the_others():

@@ -293,13 +293,13 @@ def test_the_way_of_the_load_is_asked_of_a_layer_with_friction_alone() -> None:
     """What is left of shear that has gone is not taken for rounding by the symmetry of the last load."""
     rough = load_sensor("biorob2018", ["elastomer.friction=0.3"])
     via, load = [Wrench(F_x=0.5)], Wrench(F_z=1.0)
-    found = at_rest(rough, Sliding(2e-3), load, via)
+    found = at_rest(rough, Sliding(2e-3), load, (), via)
     assert found.wrench == load and found.pose.d_h == 0.5 / 2500
-    assert at_rest(rough, Sliding(2e-3), load).pose.d_h == 0.0
-    assert at_rest(rough, Sliding(2e-3), Wrench(F_z=2.0), [load]).pose.d_h == 0.0
+    assert at_rest(rough, Sliding(2e-3), load, ()).pose.d_h == 0.0
+    assert at_rest(rough, Sliding(2e-3), Wrench(F_z=2.0), (), [load]).pose.d_h == 0.0
     for sensor, layer in ((load_sensor("biorob2018"), Sliding(2e-3)), (rough, Spring(2e-3))):
         with pytest.raises(SceneError, match=r"via: must be left out without elastomer\.friction"):
-            at_rest(sensor, layer, load, via)
+            at_rest(sensor, layer, load, (), via)
 
 
 @dataclass(frozen=True)

@@ -73,6 +73,17 @@ def test_a_smooth_function_is_solved_at_a_part_of_its_points(
     np.testing.assert_allclose(interpolated(found, found.values)[known], found.values[known], atol=1e-14)
 
 
+def test_on_solved_lines_the_error_is_of_what_is_left_along_them() -> None:
+    """At no solved point there is one, at each other one it holds the truth, and most of them are far less."""
+    axes = box(17, 17)
+    found = solved(lambda points: np.exp(points @ [1.5, 0.4])[..., None], axes, 3e-3)
+    assert found is not None
+    off = np.abs(interpolated(found, found.values) - np.exp(points_of(axes) @ [1.5, 0.4])[..., None])
+    known = ~np.isnan(found.values)
+    assert np.all(found.error_at[known] == 0.0) and np.all(off <= found.error_at + 1e-14)
+    assert found.error_at.max() == found.error[0] > 3.0 * found.error_at[8][~known[8]].max()
+
+
 def test_figures_of_outputs_are_within_the_tolerance_as_well() -> None:
     """A figure that hangs on a small output alone: more points, until what its error makes of the figure is small."""
     axes = box(9, 9)
@@ -206,7 +217,7 @@ def test_a_full_product_has_the_splines_of_two_variables() -> None:
     axes = {"x": np.linspace(-1.0, 1.0, 17).tolist(), "y": np.linspace(0.0, 4.0, 17).tolist()}
     values = gentle(points_of(axes))
     blocks = tuple(itertools.product(range(4), range(5)))  # every second value of each
-    part = SolvedPart(axes, blocks, values, np.zeros(2))
+    part = SolvedPart(axes, blocks, values, np.zeros(2), {})
     found = interpolated(part, values)
     for k in (0, 1):
         surface = RectBivariateSpline(axes["x"][::2], axes["y"][::2], values[::2, ::2, k], kx=5, ky=5)
@@ -215,7 +226,7 @@ def test_a_full_product_has_the_splines_of_two_variables() -> None:
     np.testing.assert_allclose(straight[1, 0], 0.5 * (values[0, 0] + values[2, 0]), rtol=1e-14)
     few = {"x": [0.0, 1.0, 2.0], "y": [0.0, 0.5, 1.0, 1.5, 2.0]}
     bent = points_of(few)[..., :1] + points_of(few)[..., 1:] ** 2
-    lines = SolvedPart(few, tuple(itertools.product(range(2), range(3))), bent, np.zeros(1))
+    lines = SolvedPart(few, tuple(itertools.product(range(2), range(3))), bent, np.zeros(1), {})
     np.testing.assert_allclose(interpolated(lines, bent), bent, atol=1e-14)
 
 

@@ -107,7 +107,7 @@ def _turned(name: str, load: Wrench) -> float:
     """How far the whole pad under a load is from the image that stands for it, over the stated error."""
     sensor = load_sensor(name)
     layer = block_pad(sensor, 5e-2)
-    direct, image = layer.equilibrium(load), at_rest(sensor, layer, load)
+    direct, image = layer.equilibrium(load), at_rest(sensor, layer, load, ())
     off, stated = direct.pose.components - image.pose.components, direct.error.components
     return float(np.max(np.abs(off) / stated))
 
