@@ -20,7 +20,7 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
+from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, solving
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
@@ -37,6 +37,7 @@ from sits_mech.quantities import (
 )
 from sits_mech.readout.quality import quality
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_range
@@ -119,9 +120,9 @@ def _sensor(variant: Variant) -> Sensor:
 
 
 @lru_cache(maxsize=4)
-def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalModel:
+def _mechanical(variant: Variant, choice: Choice) -> MechanicalModel:
     """Return the mechanical model of a scene."""
-    return mechanical_model(variant.sensor, model, tolerance)[0]
+    return solving(at_temperature(variant.sensor), choice, choice.tolerance)
 
 
 def _pose(variant: Variant, asked: Row) -> Row:
@@ -130,8 +131,9 @@ def _pose(variant: Variant, asked: Row) -> Row:
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, [wrench], tolerance)
     numerics = tolerance if chosen.by_name else chosen.tolerance
-    left_out = mechanical_omissions(sensor, chosen.name, [wrench])
-    layer = beside_omissions(_mechanical(variant, chosen.name, numerics), chosen, tolerance, left_out)
+    left_out = mechanical_omissions(sensor, chosen.name, [wrench], bent=chosen.bent)
+    layer = _mechanical(variant, Choice(chosen.name, tolerance=numerics, bent=chosen.bent))
+    layer = beside_omissions(layer, chosen, tolerance, left_out)
     found = at_rest(sensor, layer, wrench, left_out=left_out)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 

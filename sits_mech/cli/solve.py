@@ -68,7 +68,7 @@ def pose(
     try:
         with solving(sensor, loads, tolerance, mechanics, None):
             layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
-            left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
+            left_out = mechanical_omissions(sensor, choice.name, loads[-1:], bent=choice.bent)
             layer = beside_omissions(layer, choice, tolerance, left_out)
             found = at_rest(sensor, layer, loads[-1], via, left_out)
     except SolveFailed as error:
