@@ -20,7 +20,7 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, solving
+from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
@@ -122,7 +122,7 @@ def _sensor(variant: Variant) -> Sensor:
 @lru_cache(maxsize=4)
 def _mechanical(variant: Variant, choice: Choice) -> MechanicalModel:
     """Return the mechanical model of a scene."""
-    return solving(at_temperature(variant.sensor), choice, choice.tolerance)
+    return model_of(at_temperature(variant.sensor), choice, choice.tolerance)
 
 
 def _pose(variant: Variant, asked: Row) -> Row:

@@ -266,10 +266,10 @@ def mechanical_model(
     sensor = at_temperature(sensor)
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     choice = choose_mechanics(sensor, name, loads, checked_tolerance(tolerance))
-    return solving(sensor, choice, tolerance), choice
+    return model_of(sensor, choice, tolerance), choice
 
 
-def solving(sensor: Sensor, choice: Choice, tolerance: float) -> MechanicalModel:
+def model_of(sensor: Sensor, choice: Choice, tolerance: float) -> MechanicalModel:
     """Return the model of a choice, to a tolerance where it was asked for by name."""
     model = MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance)
     if choice.bent:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.bending import bending, seen_shares
-from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, solving
+from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, model_of
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.chain.simulate import mechanical_omissions, rest_flags, with_omissions
 from sits_mech.magnetics.coils.far_field import coil_field
@@ -72,7 +72,7 @@ def test_what_takes_half_of_the_tolerance_bends(name: str, keys: list[str], load
     sensor = load_sensor(name, keys)
     layer, choice = mechanical_model(sensor, model, 1e-2, [load])
     assert choice.bent and not mechanical_model(sensor, model, 0.9, [load])[1].bent
-    rigid = solving(sensor, replace(choice, bent=False), 1e-2)
+    rigid = model_of(sensor, replace(choice, bent=False), 1e-2)
     bent, left_out = (with_omissions(sensor, [each.equilibrium(load)])[0] for each in (layer, rigid))
     (note,) = (note for note in bent.report.notes if note.kind is NoteKind.BENT)
     assert 1e-7 < note.known["deflection"] < 1e-4 and "bends by up to" in sentence(note)
@@ -86,7 +86,7 @@ def test_a_bent_target_has_the_symmetry_of_its_load_and_less_of_an_error() -> No
     layer, choice = mechanical_model(sensor, "block", 1e-2, [load])
     right, left = (layer.equilibrium(replace(load, F_x=side * 0.1)) for side in (1.0, -1.0))
     np.testing.assert_allclose(left.pose.components, right.pose.components * (-1, 1, -1, 1, 1, 1), atol=1e-9)
-    rigid = solving(sensor, replace(choice, bent=False), 1e-2).equilibrium(load)
+    rigid = model_of(sensor, replace(choice, bent=False), 1e-2).equilibrium(load)
     (whole,) = with_omissions(sensor, [rigid])
     more, before = (each.error.components - rigid.error.components for each in (right, whole))
     assert np.all(more[1:3] < before[1:3] / 5.0)

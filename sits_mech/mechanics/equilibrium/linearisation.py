@@ -184,7 +184,7 @@ def bending_step(body: Bonded, here: State, shapes: Array, plate: Array, work: A
         return None
     S, n = factor.stiffness, len(moving)
     S[n:, n:] += plate
-    on_shapes = np.einsum("nd,ndm->m", found.forces[body.bonded], shapes) - work
+    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes) - work
     step = np.linalg.solve(S, -np.concatenate([found.target[moving], on_shapes]) - factor.side.T @ factor.step)
     dq = np.zeros_like(here.q)
     dq[moving] = step[:n]
