@@ -167,7 +167,8 @@ def spectrum_table(data: xr.Dataset) -> Table:
     unit = data.attrs["unit_L"]
     report = report_of(data.attrs["report"])
     title = f"{data.attrs['name']}: {report.model}, {report.seconds:.3g} s, {report.unknowns} unknowns"
-    headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R - R_dc [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
+    unit_L, unit_R = (unit.replace("H", each, 1) for each in ("uH", "ohm"))
+    headings = ["f [Hz]", "coil", f"L [{unit_L}]", f"R - R_dc [{unit_R}]", "Q [-]"]
     if "shift" in data:
         headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
     found = column_table(title, headings, justify="right")
