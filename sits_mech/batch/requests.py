@@ -6,6 +6,7 @@ one process share what they can: a scene's models are made once, and prepare the
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.cells import FORCES, cell_crosstalk
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
@@ -36,6 +38,7 @@ from sits_mech.quantities import (
     Wrench,
 )
 from sits_mech.readout.quality import quality
+from sits_mech.scene.cells import Cells
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
@@ -43,6 +46,7 @@ from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_range
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
+_PITCH = {"pitch_x": "m", "pitch_y": "m"}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
 
@@ -155,6 +159,20 @@ def _simulate(variant: Variant, asked: Row) -> Row:
     return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
+def _cells(variant: Variant, asked: Row) -> Row:
+    """Return what two cells, or four with `pitch_y` too, read of each other at most as a row."""
+    x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
+    places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
+    targets = [{"name": name, "centre": place} for name, place in zip("ABCD", places, strict=False)]
+    given = checked(Cells, {"sensor": variant.sensor, "targets": targets}, "cells")
+    found = cell_crosstalk(given, asked.get("tolerance", 1e-2))
+    row: Row = {"finite_strain": found.finite_strain}
+    for before, sizes in zip(("", "error_"), found.largest, strict=True):
+        each = zip(itertools.product(found.reads, FORCES), sizes.ravel(), strict=True)
+        row |= {f"{before}{read}_by_{force}": size for (read, force), size in each}
+    return row | marked(found.flags)
+
+
 def _calibrate(variant: Variant, asked: Row) -> Row:
     """Return a calibration over a grid of loads as a row; a load that failed is NaN and says why."""
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
@@ -231,6 +249,7 @@ REQUESTS = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
     "simulate": Request(_simulate, _LOAD, _CHAIN, chunk=4),
+    "cells": Request(_cells, _PITCH, {}, needed=("pitch_x",)),
     **{
         name: Request(answer, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD))
         for name, answer in zip(SWEPT, (_calibrate, _quality), strict=True)

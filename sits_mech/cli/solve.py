@@ -254,7 +254,7 @@ def envelope(
 def cells(
     scene: Scene, *, tolerance: Tolerance = 1e-2,
     load: Annotated[Quantity, Parameter(help="A press for which the share of finite strain is told.")] = "1 N",
-    picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What does a cell read when its neighbour is pressed: crosstalk of several targets on one pad, [[targets]].
 
@@ -274,4 +274,4 @@ def cells(
     if drawn is not None:
         save_figure(cells_figure(found), drawn)
         warn(f"written to {drawn}")
-    return 0
+    return exit_code_of(found.flags[:1], accept)
