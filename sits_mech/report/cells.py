@@ -34,8 +34,8 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
     total, magnetic, error = 100.0 * np.stack([found.total, found.magnetic, found.error])
     fields = np.where(own, 0.0, np.abs(magnetic))
     most = column_table("largest reading by a force on another cell [%]", ["reads", *FORCES])
-    for force, *each in zip(found.reads, *(100.0 * part for part in found.largest), strict=True):
-        most.add_row(force, *(with_error(*both) for both in zip(*each, strict=True)))
+    for force, *row in zip(found.reads, *(100.0 * part for part in found.largest), strict=True):
+        most.add_row(force, *(with_error(*both) for both in zip(*row, strict=True)))
     press = column_table("F_z read by F_z on another cell [%]", ["reads", *(f"on {name}" for name in names)])
     for i, name in enumerate(names):
         each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
