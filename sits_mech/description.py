@@ -116,6 +116,8 @@ class Description:
         Of the unknowns, in the operations of a factorisation.
     fresh : bool
         Whether each answer takes factorisations of its own.
+    bends : bool
+        Whether its target can bend.
     per_metre : bool
         Whether it answers per metre of depth.
     share : float
@@ -132,6 +134,7 @@ class Description:
     least: float
     power: float = 3.0
     fresh: bool = True
+    bends: bool = False
     per_metre: bool = False
     share: float = 0.1
     even: bool = False

@@ -39,6 +39,8 @@ class NoteKind(StrEnum):
     CONTACT_LOST = "contact lost"  # contact could not be followed: the error is the whole displacement
     BELOW_GROUND = "below ground"  # the target's rim: depth [m]
 
+    BENT = "bent"  # the target, which is solved: deflection [m]
+
     # meshes and their errors
     EDGE_RADIUS = "edge radius"  # radius, d_h, d_v [m], alpha [rad]: what fillets move
     EDGE_SHARP = "edge sharp"  # the target's edge has no side face that could have a radius

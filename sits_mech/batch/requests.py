@@ -6,6 +6,7 @@ one process share what they can: a scene's models are made once, and prepare the
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,7 +21,8 @@ from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_fron
 from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.models import MAGNETICS, MECHANICS, choose_mechanics, magnetic_model, mechanical_model
+from sits_mech.chain.cells import FORCES, cell_crosstalk
+from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
@@ -36,12 +38,15 @@ from sits_mech.quantities import (
     Wrench,
 )
 from sits_mech.readout.quality import quality
+from sits_mech.scene.cells import Cells
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_range
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
+_PITCH = {"pitch_x": "m", "pitch_y": "m"}
 _PLACE = {argument: UNITS[name] for argument, name in POSE_ARGUMENTS.items()} | {"frequency": "Hz"}
 
 
@@ -119,9 +124,9 @@ def _sensor(variant: Variant) -> Sensor:
 
 
 @lru_cache(maxsize=4)
-def _mechanical(variant: Variant, model: str, tolerance: float) -> MechanicalModel:
+def _mechanical(variant: Variant, choice: Choice) -> MechanicalModel:
     """Return the mechanical model of a scene."""
-    return mechanical_model(variant.sensor, model, tolerance)[0]
+    return model_of(at_temperature(variant.sensor), choice, choice.tolerance)
 
 
 def _pose(variant: Variant, asked: Row) -> Row:
@@ -130,8 +135,9 @@ def _pose(variant: Variant, asked: Row) -> Row:
     wrench = _wrench(asked)
     chosen = choose_mechanics(sensor, model, [wrench], tolerance)
     numerics = tolerance if chosen.by_name else chosen.tolerance
-    left_out = mechanical_omissions(sensor, chosen.name, [wrench])
-    layer = beside_omissions(_mechanical(variant, chosen.name, numerics), chosen, tolerance, left_out)
+    left_out = mechanical_omissions(sensor, chosen.name, [wrench], bent=chosen.bent)
+    layer = _mechanical(variant, Choice(chosen.name, tolerance=numerics, bent=chosen.bent))
+    layer = beside_omissions(layer, chosen, tolerance, left_out)
     found = at_rest(sensor, layer, wrench, left_out)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
@@ -151,6 +157,20 @@ def _simulate(variant: Variant, asked: Row) -> Row:
     models = {name: item for name, item in asked.items() if name not in _LOAD}
     found = simulate(variant.sensor, _wrench(asked), **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
+
+
+def _cells(variant: Variant, asked: Row) -> Row:
+    """Return what two cells, or four with `pitch_y` too, read of each other at most as a row."""
+    x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
+    places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
+    targets = [{"name": name, "centre": place} for name, place in zip("ABCD", places, strict=False)]
+    given = checked(Cells, {"sensor": variant.sensor, "targets": targets}, "cells")
+    found = cell_crosstalk(given, asked.get("tolerance", 1e-2))
+    row: Row = {"finite_strain": found.finite_strain}
+    for before, sizes in zip(("", "error_"), found.largest, strict=True):
+        each = zip(itertools.product(found.reads, FORCES), sizes.ravel(), strict=True)
+        row |= {f"{before}{read}_by_{force}": size for (read, force), size in each}
+    return row | marked(found.flags)
 
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
@@ -229,6 +249,7 @@ REQUESTS = {
     "pose": Request(_pose, _LOAD, {"model": _CHAIN["mechanics"]}),
     "inductance": Request(_inductance, _PLACE, {"model": _CHAIN["magnetics"]}, needed=("dv",), layer=False, chunk=25),
     "simulate": Request(_simulate, _LOAD, _CHAIN, chunk=4),
+    "cells": Request(_cells, _PITCH, {}, needed=("pitch_x",)),
     **{
         name: Request(answer, _LOAD, _CHAIN, needed=("fx", "fz"), ranges=tuple(_LOAD))
         for name, answer in zip(SWEPT, (_calibrate, _quality), strict=True)

@@ -12,21 +12,23 @@ so that what is bent counts as a motion by its mean over the target with the wei
 What the rigid target's answer leaves out of d_v is max_c |b_c| over max_c |h_c| under what presses, of the rotations
 the same under what tilts it, the largest of all loads that are asked for (mechanics/bending.py). The chain makes errors
 of the inductances of it, as of all that the mechanics leave out. All models leave it out alike: it decides no choice.
+Where it takes half of the tolerance, `block` bends the target (`solved_bending`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.magnetics.coils.ring_field import coil_potential
-from sits_mech.mechanics.bending import BondedPlate, bonded_plate
+from sits_mech.mechanics.bending import Bending, BondedPlate, bonded_plate
 from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import Omission, OmissionKind, Relative
-from sits_mech.quantities import POSE, WRENCH, Array, Wrench
+from sits_mech.quantities import POSE, WRENCH, Array, Pose, Wrench
 from sits_mech.scene.sensor import Coil, Sensor
 
 _STEP = 1e-3  # of a height, over which fields are differences of potentials: to 1e-6
@@ -63,7 +65,8 @@ def _changes(sensor: Sensor, plate: BondedPlate, loads: Sequence[Wrench], stiffn
     """Return what bending changes of a pose, over its components (6,), and the largest deflection under loads [m]."""
     each = [_parts_of(load, touched=sensor.touch is not None) for load in loads]
     presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
-    found, weights = plate.bent([*presses, *tilts, *loads], stiffness), seen_shares(sensor, plate)
+    found = plate.bent([*presses, *tilts, *loads], stiffness)
+    weights = seen_shares(sensor, plate, unloaded_pose(sensor))
     bend, rigid = (np.abs(part @ weights).max(axis=1) for part in (found.bend, found.rigid))
     seen = rigid > _SEEN * np.abs(found.rigid).max(axis=1)
     shares = np.divide(bend, rigid, out=np.zeros_like(bend), where=seen)
@@ -83,10 +86,17 @@ def _parts_of(load: Wrench, *, touched: bool) -> tuple[list[Wrench], list[Wrench
     return presses, [*off, *(Wrench(**{name: 1.0}) for name, value in alone.items() if value)]
 
 
-def seen_shares(sensor: Sensor, plate: BondedPlate) -> Array:
-    """Return what points of a target at rest count for coils, shape (p, n), each coil's sum one."""
-    height = float(unloaded_pose(sensor).d_v)
-    own = np.stack([plate.areas * _field_squared(coil, plate.places, height) for coil in sensor.coils], axis=1)
+def solved_bending(sensor: Sensor) -> Bending:
+    """Return what bends a target at its loads; raises as `bonded_plate`."""
+    plate = bonded_plate(sensor)
+    stiffness = plate.target.bending_stiffness or math.inf  # without one no size is known: it stays rigid
+    return Bending(plate, stiffness, partial(seen_shares, sensor, plate))
+
+
+def seen_shares(sensor: Sensor, plate: BondedPlate, pose: Pose) -> Array:
+    """Return what points of a target at a pose count for coils, shape (p, n), each coil's sum one."""
+    places, height = plate.places + np.array([pose.d_h, pose.d_y]), float(pose.d_v)
+    own = np.stack([plate.areas * _field_squared(coil, places, height) for coil in sensor.coils], axis=1)
     return np.asarray(own / own.sum(axis=0))
 
 

@@ -39,6 +39,7 @@ from sits_mech.scene.cells import Cells
 from sits_mech.scene.parts import Conductor, Plate
 from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
+from sits_mech.status import flags_of
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError
 
@@ -69,6 +70,8 @@ class CellCrosstalk:
         infinite where one compliance does not hold under it.
     seconds : float
         Processor time.
+    flags : tuple of str
+        What holds of the figures, worst first, as of `status.flags_of`: a cell reads the force on itself as one.
     """
 
     cells: Cells
@@ -79,11 +82,23 @@ class CellCrosstalk:
     load: float
     finite_strain: float
     seconds: float
+    flags: tuple[str, ...]
 
     @property
     def total(self) -> Array:
         """What cells read per newton, shape (n, r, n, 3); ones where a cell reads the force on itself [N/N]."""
         return self.mechanical + self.magnetic
+
+    @property
+    def largest(self) -> tuple[Array, Array]:
+        """The largest size of what cells read by each force on another cell, and its error, shape (r, 3) [N/N]."""
+        own = np.eye(len(self.cells.targets), dtype=bool)[:, None, :, None]
+        size, error = (
+            np.moveaxis(each, 2, 1).reshape(-1, len(self.reads), len(FORCES))
+            for each in (np.where(own, 0.0, np.abs(self.total)), self.error)
+        )
+        at = size.argmax(axis=0)[None]
+        return np.take_along_axis(size, at, 0)[0], np.take_along_axis(error, at, 0)[0]
 
 
 @checked_arguments
@@ -96,7 +111,7 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     cells : Cells
         From `load_cells`.
     tolerance : float
-        Asked relative error of how far a force moves its own target, and of what coils see of it.
+        Asked relative error of how far a force moves its own target, and of what coils see of it; of figures [N/N].
     load : float
         Press for which `finite_strain` is told [N].
 
@@ -131,10 +146,10 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     least = np.abs(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
     missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
     missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
+    error, strain = limit.error[1] + missed, pad.softening(load)
+    flags = flags_of(float(error.max()), tolerance, bounded=np.isfinite(strain))
     took = time.process_time() - began
-    return CellCrosstalk(
-        cells, reads, mechanical, total - mechanical, limit.error[1] + missed, load, pad.softening(load), took
-    )
+    return CellCrosstalk(cells, reads, mechanical, total - mechanical, error, load, strain, took, flags)
 
 
 def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:

@@ -20,7 +20,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
+from sits_mech.chain.bending import bending, solved_bending
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
+from sits_mech.chain.goal import HALF
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
 from sits_mech.magnetics.models import MODELS as MAGNETIC
@@ -98,6 +100,8 @@ class Choice:
         What counts of what it leaves out, far conductors among them, as estimated beforehand.
     tolerance : float
         Asked of its numerics.
+    bent : bool
+        Whether a mechanical model bends the target (chain/bending.py).
     """
 
     name: str
@@ -105,6 +109,7 @@ class Choice:
     candidates: tuple[Candidate, ...] = ()
     left_out: tuple[Omission, ...] = ()
     tolerance: float = math.nan
+    bent: bool = False
 
     @property
     def by_name(self) -> bool:
@@ -176,7 +181,10 @@ def choose_mechanics(
     for part in ("target", "elastomer"):
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
-    return chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
+    found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
+    if not MECHANICS[found.name].bends:
+        return found
+    return replace(found, bent=any(item.size >= HALF * tolerance for item in bending(sensor, loads)))
 
 
 def magnetic_question(
@@ -258,7 +266,15 @@ def mechanical_model(
     sensor = at_temperature(sensor)
     check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
     choice = choose_mechanics(sensor, name, loads, checked_tolerance(tolerance))
-    return touched(MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance), sensor), choice
+    return model_of(sensor, choice, tolerance), choice
+
+
+def model_of(sensor: Sensor, choice: Choice, tolerance: float) -> MechanicalModel:
+    """Return the model of a choice, to a tolerance where it was asked for by name."""
+    model = MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance)
+    if choice.bent:
+        model = model.bending(solved_bending(sensor))
+    return touched(model, sensor)
 
 
 @checked_arguments

@@ -130,7 +130,7 @@ def plan(
     seen = _seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
     steps = tuple(step for step, _ in pairs)
-    left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads)
+    left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads, bent=layer.bent)
     left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
     notes = (*(seen.notes if isinstance(seen, Look) else ()), *_notes(sensor, loads, seen))

@@ -30,7 +30,7 @@ from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
 from sits_mech.mechanics.touch import check_untouched, on_target
-from sits_mech.notes import Omission
+from sits_mech.notes import NoteKind, Omission, OmissionKind
 from sits_mech.quantities import (
     WRENCH,
     Array,
@@ -137,7 +137,7 @@ def simulate(
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
-        left_out = mechanical_omissions(sensor, choice.name, [wrench])
+        left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
         shown = simulated(sensor, field, at_rest(sensor, layer, wrench, left_out, via))
         return _flagged(sensor, field, replace(shown, left_out=left_out), tolerance)
     found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
@@ -210,18 +210,22 @@ def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "")
     if not rests:
         return []
     left_out = mechanical_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests])
-    return [_with(sensor, rest, left_out) for rest in rests]
+    of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
+    bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
+    return [_with(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]
 
 
-def mechanical_omissions(sensor: Sensor, name: str, loads: Sequence[Wrench]) -> tuple[Omission, ...]:
+def mechanical_omissions(
+    sensor: Sensor, name: str, loads: Sequence[Wrench], *, bent: bool = False
+) -> tuple[Omission, ...]:
     """Return all that the mechanical model of a name leaves out of loads, with sizes that may take a solve.
 
-    None of a model without a description.
+    None of a model without a description; `bent` tells that it bends the target.
     """
     if name not in MECHANICS:
         return ()
     model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
-    return (*model.leaves_out(sensor, question), *bending(sensor, loads, model.least))
+    return (*model.leaves_out(sensor, question), *(() if bent else bending(sensor, loads, model.least)))
 
 
 def beside_omissions(
@@ -274,7 +278,7 @@ def aimed_rest(
     `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
     """
     (layer, choice), (name, tolerance) = mechanics, magnetics
-    left_out = mechanical_omissions(sensor, choice.name, [wrench])
+    left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
     field, _ = loaded_model(sensor, name, tolerance, [wrench])
     if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
         return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)

@@ -66,7 +66,7 @@ def pose(
 
     with solving(sensor, loads, tolerance, mechanics, None):
         layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
-        left_out = mechanical_omissions(sensor, choice.name, loads[-1:])
+        left_out = mechanical_omissions(sensor, choice.name, loads[-1:], bent=choice.bent)
         layer = beside_omissions(layer, choice, tolerance, left_out)
         found = at_rest(sensor, layer, loads[-1], left_out, via)
     flags = rest_flags(sensor, found, tolerance)
@@ -237,7 +237,7 @@ def envelope(
 def cells(
     scene: Scene, *, tolerance: Tolerance = 1e-2,
     load: Annotated[Quantity, Parameter(help="A press for which the share of finite strain is told.")] = "1 N",
-    picture: Picture = None, overrides: Overrides = Overrides(), as_json: Json = False,
+    picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What does a cell read when its neighbour is pressed: crosstalk of several targets on one pad, [[targets]].
 
@@ -254,4 +254,4 @@ def cells(
     found = cell_crosstalk(load_cells(scene, overrides.all), tolerance, press)
     answer(cells_record(found), cells_tables(found), as_json)
     deliver_picture(picture, lambda: cells_figure(found))
-    return 0
+    return exit_code_of(found.flags[:1], accept)

@@ -38,7 +38,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
-from sits_mech.mechanics.levels.family import EARLY, Levels, Line, cache_changes, contact_depth, of_one_pad
+from sits_mech.mechanics.levels.family import EARLY, Bends, Levels, Line, cache_changes, contact_depth, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
@@ -83,6 +83,7 @@ class BlockPad(Controlled):
     finer: BlockPad | None = None  # of a restricted model the one with all meshes
     deepest: int = 99  # most levels
     goal: Array | None = field(default=None, compare=False)  # (s, 6), derivatives of what is asked by the pose
+    bends: Bends | None = field(default=None, compare=False)
 
     @cached_property
     def half(self) -> Line:
@@ -100,7 +101,7 @@ class BlockPad(Controlled):
 
     def _like(self, line: Line) -> Line:
         """Return a line of meshes with this model's tolerance and goal."""
-        return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal)
+        return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal, bends=self.bends)
 
     @cached_property
     def rough(self) -> BlockPad:
@@ -110,6 +111,10 @@ class BlockPad(Controlled):
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> BlockPad:
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
+
+    def bending(self, bends: Bends) -> BlockPad:
+        """Return the model of a target that bends."""
+        return replace(self, finer=self, bends=bends)
 
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
@@ -122,16 +127,17 @@ class BlockPad(Controlled):
         began, controls = time.process_time(), (*via, control)
         out_of_plane = any(each.out_of_plane for each in controls)
         with single_thread():
+            line = self.whole if out_of_plane else self.half
             if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
                 solved = settled(self.half, start, [control.in_plane])
                 if solved.part == 1.0:
-                    solved = settled(self.whole, of_both_halves(self, solved.found), controls)
+                    solved = settled(line, of_both_halves(self, solved.found), controls)
             else:
-                solved = settled(self.whole if out_of_plane else self.half, start, controls)
+                solved = settled(line, start, controls)
         notes = (*solved.found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
         solved = solved._replace(found=replace(solved.found, report=report))
-        return finished(control, solved, "pad", self.tolerance if self.goal is None else None)
+        return finished(line, control, solved, "pad", self.tolerance if self.goal is None else None)
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

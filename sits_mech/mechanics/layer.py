@@ -37,7 +37,7 @@ from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.family import Line
+from sits_mech.mechanics.levels.family import Bends, Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.settle import finished, settled
@@ -73,6 +73,10 @@ class PlanarLayer(Controlled):
         """Return the model refined to a goal: in the plane all meshes cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 
+    def bending(self, bends: Bends) -> PlanarLayer:
+        """Return the model of a target that bends, about an axis."""
+        return replace(self, line=replace(self.line, bends=bends))
+
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
     ) -> Equilibrium:
@@ -93,7 +97,7 @@ class PlanarLayer(Controlled):
                 notes += edge_notes(self.edges, self.line.scales.load(found.wrench)[:3], self.line.scales.thickness)
             report = replace(found.report, model=self.name, seconds=time.process_time() - began, notes=notes)
             solved = solved._replace(found=replace(found, report=report))
-            return finished(control, solved, "layer", self.tolerance if self.line.goal is None else None)
+            return finished(self.line, control, solved, "layer", self.tolerance if self.line.goal is None else None)
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

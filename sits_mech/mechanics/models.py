@@ -279,10 +279,10 @@ BLOCK = Description(
         Rung(1e-1, 3700, 15, 0.1, 0.2), Rung(1e-2, 9600, 20, 0.2, 0.7), Rung(1e-3, 28_600, 22, 0.3, 2.2),
         Rung(0.0, 48_000, 24, 0.3, 2.5),
     ),
-    5e-4, power=2.0,
+    5e-4, power=2.0, bends=True,
 )
 AXISYMMETRIC = Description(
     "axisymmetric", "sits_mech.mechanics.layer:axisymmetric_pad", _axisymmetric, _of_loads,
-    (Rung(1e-2, 600, 15, 0.05, 0.1), Rung(0.0, 3600, 30, 0.1, 0.5)), 5e-4, power=2.0,
+    (Rung(1e-2, 600, 15, 0.05, 0.1), Rung(0.0, 3600, 30, 0.1, 0.5)), 5e-4, power=2.0, bends=True,
 )
 MODELS = (CLOSED_FORM, LINEAR, PLANAR, AXISYMMETRIC, BLOCK)

@@ -11,7 +11,8 @@ from rich.table import Table
 from sits_mech.chain.cells import FORCES, CellCrosstalk
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
-from sits_mech.report.tables.solves import column_table, key_table, with_error
+from sits_mech.report.records import status_record
+from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
 from sits_mech.scene.cells import Cells
 from sits_mech.units import MM
 
@@ -24,24 +25,24 @@ def cells_record(found: CellCrosstalk) -> dict[str, Any]:
     """Return crosstalk for a program: by cell that reads, force read, cell pressed and force on it [N/N]."""
     shown = ("total", "mechanical", "magnetic", "error", "load", "finite_strain", "seconds")
     record = {"cells": found.cells.names, "reads": found.reads, "forces": FORCES}
-    return record | {name: getattr(found, name) for name in shown}
+    return record | {name: getattr(found, name) for name in shown} | status_record(found.flags)
 
 
 def cells_tables(found: CellCrosstalk) -> list[Table]:
     """Return crosstalk for a reader: the largest of each force, F_z of each cell, its parts and what is left out."""
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)[:, None, :, None]
     total, magnetic, error = 100.0 * np.stack([found.total, found.magnetic, found.error])
-    size, fields = np.where(own, 0.0, np.abs([total, magnetic]))
+    fields = np.where(own, 0.0, np.abs(magnetic))
     most = column_table("largest reading by a force on another cell [%]", ["reads", *FORCES])
-    for k, force in enumerate(found.reads):
-        at = [np.unravel_index(np.argmax(size[:, k, :, j]), own.shape[::2]) for j in range(len(FORCES))]
-        most.add_row(force, *(with_error(size[i, k, o, j], error[i, k, o, j]) for j, (i, o) in enumerate(at)))
+    for force, *row in zip(found.reads, *(100.0 * part for part in found.largest), strict=True):
+        most.add_row(force, *(with_error(*both) for both in zip(*row, strict=True)))
     press = column_table("F_z read by F_z on another cell [%]", ["reads", *(f"on {name}" for name in names)])
     for i, name in enumerate(names):
         each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
         press.add_row(name, *(with_error(*both) if j != i else "" for j, both in enumerate(each)))
     strain = "not bounded" if math.isinf(found.finite_strain) else f"{100.0 * found.finite_strain:.2g} % of each figure"
     lines = [
+        *status_lines(found.flags),
         ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
         ("left out", f"finite strain: {strain} where a cell is pressed by {found.load:g} N"),
         ("took", f"{found.seconds:.3g} s"),

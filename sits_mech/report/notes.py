@@ -142,6 +142,10 @@ _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.NO_LIMIT: "no limit was met up to {most:g} times",
 }
 _MADE: Mapping[NoteKind, Callable[[Numbers], str]] = {
+    NoteKind.BENT: lambda known: (
+        f"the target bends by up to {1e6 * known['deflection']:.2g} um, which is solved: the pose is that of a rigid "
+        "one that the coils read alike"
+    ),
     NoteKind.FACE_TOUCHES: _touched,
     NoteKind.FACE_FOLDS: lambda known: (
         f"a free face folds onto {_SURFACES[known['surface']]}: this contact is not in the answer, the true layer is "

@@ -18,8 +18,13 @@ _FAR = 150.0 * MM
 _COPPER, _MU0 = 5.8e7, 4e-7 * np.pi
 
 
-def solid_turns(coil: Mapping[str, float], gap: float | None, frequency: float, order: int = 4) -> tuple[float, float]:
-    """Return R [ohm] and L [H] of the whole coil; sizes of `coil` and `gap` in mm, as of solid_turns.json."""
+def solid_turns(
+    coil: Mapping[str, float], gap: float | None, frequency: float, order: int = 4, bow: float = 0.0
+) -> tuple[float, float]:
+    """Return R [ohm] and L [H] of the whole coil; sizes of `coil`, `gap` and `bow` in mm, as of solid_turns.json.
+
+    The disc stands off by the gap in its middle, and by gap + bow at its rim, as a bowl: gap + bow (r/R)^2.
+    """
     import ngsolve as ng
     from netgen.geom2d import SplineGeometry
 
@@ -34,16 +39,22 @@ def solid_turns(coil: Mapping[str, float], gap: float | None, frequency: float, 
         for k in range(int(coil["layers"])) for i in range(int(coil["turns"]))
     ]
     parts = [((r - w / 2, z - h / 2), (r + w / 2, z + h / 2), min(0.7 * depth, w / 3)) for r, z in places]
-    if gap is not None:  # from a hair beside the axis on, where no two lines may meet
-        parts.append(((0.02 * MM, gap * MM), (4.0 * MM, (gap + 0.2) * MM), min(1.2 * depth, 0.1 * MM)))
     for number, (low, high, size) in enumerate(parts, start=2):
         shape.AddRectangle(low, high, leftdomain=number, rightdomain=1, bc="copper")
         shape.SetMaterial(number, f"part{number}")
         shape.SetDomainMaxH(number, size)
+    if gap is not None:  # from a hair beside the axis on, where no two lines may meet
+        number, r = 2 + len(parts), np.linspace(0.02, 4.0, 25)
+        low = np.column_stack([r, gap + bow * (r / r[-1]) ** 2])
+        around = [shape.AppendPoint(*point) for point in MM * np.concatenate([low, low[::-1] + (0.0, 0.2)])]
+        for here, there in zip(around, np.roll(around, -1).tolist(), strict=True):
+            shape.Append(["line", here, there], leftdomain=number, rightdomain=1, bc="copper")
+        shape.SetMaterial(number, f"part{number}")
+        shape.SetDomainMaxH(number, min(1.2 * depth, 0.1 * MM))
     mesh = ng.Mesh(shape.GenerateMesh(maxh=_FAR / 8, grading=0.2))
     space = ng.H1(mesh, order=order, complex=True, dirichlet="far|axis")
     (u, v), r = space.TnT(), ng.x
-    metal = mesh.MaterialCF({f"part{number}": _COPPER for number in range(2, 2 + len(parts))}, default=0)
+    metal = mesh.MaterialCF({f"part{number}": _COPPER for number in range(2, 3 + len(parts))}, default=0)
     up = [ng.grad(each)[0] + each / (r + 1e-15) for each in (u, v)]
     form = ng.BilinearForm(space, symmetric=True)
     form += (ng.grad(u)[1] * ng.grad(v)[1] + up[0] * up[1]) * r / _MU0 * ng.dx(bonus_intorder=2)

@@ -1,14 +1,18 @@
 """Crosstalk between cells as it is shown: a record, tables, a picture; and the command."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
+from sits_mech.batch import requests
 from sits_mech.chain import cells as chain
 from sits_mech.cli.main import run
 from sits_mech.report.cells import cells_tables
 from sits_mech.scene.cells import load_cells
+from sits_mech.status import flags_of
+from sits_mech.units import SceneError
 
 SCENE = """
 name = "two cells"
@@ -48,15 +52,19 @@ def scene(tmp_path, monkeypatch):
     """A scene of two cells, and crosstalk that takes no time."""
     path = tmp_path / "cells.toml"
     path.write_text(SCENE)
-    mechanical = np.zeros((2, 1, 2, 3))
-    mechanical[0, 0, :, 0], mechanical[1, 0, :, 0] = (1.0, -0.0801), (-0.0501, 1.0)
-    magnetic = np.where(mechanical == 1.0, 0.0, 1e-4)
 
     def known(cells, tolerance, load):
-        strain = 0.083 if load < 5.0 else np.inf
-        return chain.CellCrosstalk(cells, ("F_z",), mechanical, magnetic, 0.002 + 0.0 * magnetic, load, strain, 1.0)
+        strain, n = 0.083 if load < 5.0 else np.inf, len(cells.targets)
+        mechanical = np.zeros((n, 1, n, 3))
+        mechanical[..., 0] = -0.0501
+        mechanical[0, 0, 1, 0], mechanical[range(n), 0, range(n), 0] = -0.0801, 1.0
+        magnetic = np.where(mechanical == 1.0, 0.0, 1e-4)
+        parts = mechanical, magnetic, np.full_like(magnetic, 0.002)
+        flags = flags_of(0.002, tolerance, bounded=np.isfinite(strain))
+        return chain.CellCrosstalk(cells, ("F_z",), *parts, load, strain, 1.0, flags)
 
     monkeypatch.setattr(chain, "cell_crosstalk", known)
+    monkeypatch.setattr(requests, "cell_crosstalk", partial(known, load=1.0))
     return path
 
 
@@ -77,6 +85,27 @@ def test_a_press_that_small_strain_does_not_hold_is_said(scene):
     found = chain.cell_crosstalk(load_cells(scene), 1e-2, 10.0)
     *_, last = cells_tables(found)
     assert "finite strain: not bounded where a cell is pressed by 10 N" in list(last.columns[1].cells)
+
+
+def test_a_status_says_whether_the_figures_hold(scene, capsys):
+    assert [run(["cells", str(scene), *more]) for more in (["--tolerance", "0.001"], ["--load", "10 N"])] == [4, 4]
+    told = capsys.readouterr().out
+    assert "status         │ above tolerance" in told and "status         │ not bounded" in told
+    assert run(["cells", str(scene), "--tolerance", "0.001", "--accept", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["status"] == "above tolerance"
+
+
+def test_a_study_asks_for_the_largest_reading_over_the_pitch(scene):
+    """Of two cells by `pitch_x`, of four by both; what does not fit on the pad is a line of its own."""
+    variant, request = requests.Variant(SCENE.partition("[[targets]]")[0]), requests.REQUESTS["cells"]
+    for asked in ({"pitch_x": "10 mm"}, {"pitch_x": "10 mm", "pitch_y": "10 mm", "tolerance": 0.1}):
+        row = request.answer(variant, request.in_si(asked))
+        assert row["F_z_by_F_z"] == pytest.approx(0.08) and row["error_F_z_by_F_z"] == 0.002 and row["status"] == "ok"
+        assert row["F_z_by_F_x"] == pytest.approx(1e-4) and row["finite_strain"] == 0.083
+    with pytest.raises(SceneError, match="overlap: their centres must be at least 8.002 mm apart"):
+        request.answer(variant, request.in_si({"pitch_x": "5 mm"}))
+    with pytest.raises(SceneError, match="must lie on the pad"):
+        request.answer(variant, request.in_si({"pitch_x": "24 mm"}))
 
 
 def test_what_is_refused_takes_one_line(scene, capsys, monkeypatch):

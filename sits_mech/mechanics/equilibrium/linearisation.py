@@ -160,10 +160,7 @@ def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Ar
     `even` tells which shapes are even in y; what a body neither frees nor hides is zero. Raises ValueError where it is
     singular.
     """
-    made, m = _linearised(body, here, residuals_of(body, here)), shapes.shape[-1]
-    T = np.pad(made.T, ((0, 0), (0, m)))
-    T[: body.bonded.size, 6:] = shapes.reshape(-1, m)
-    made, k = made._replace(T=T, turning=np.pad(made.turning, (0, m))), body.components
+    made, k, m = _with_shapes(body, here, residuals_of(body, here), shapes), body.components, shapes.shape[-1]
     own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
     parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
     K = np.zeros((6 + m, 6 + m))
@@ -173,6 +170,33 @@ def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Ar
             raise ValueError("elastomer: must have a stiffness at rest; it has none")
         K[np.ix_(some, some)] = found.stiffness
     return K
+
+
+def bending_step(body: Bonded, here: State, shapes: Array, plate: Array, work: Array) -> tuple[Array, Array] | None:
+    """Return Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a rest without them; None if singular.
+
+    `plate` (m, m) is the stiffness that the target itself has on them, `work` (m,) that of the load.
+    """
+    found, moving = residuals_of(body, here), np.flatnonzero(body.freed)
+    made = _with_shapes(body, here, found, shapes)
+    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + len(work))], found.free)
+    if factor is None:
+        return None
+    S, n = factor.stiffness, len(moving)
+    S[n:, n:] += plate
+    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes) - work
+    step = np.linalg.solve(S, -np.concatenate([found.target[moving], on_shapes]) - factor.side.T @ factor.step)
+    dq = np.zeros_like(here.q)
+    dq[moving] = step[:n]
+    return dq, np.asarray(step[n:])
+
+
+def _with_shapes(body: Bonded, here: State, found: Residuals, shapes: Array) -> _Linear:
+    """Return the terms of the linearisation with `shapes` (n, d, m) of the bonded nodes after the motions."""
+    made, m = _linearised(body, here, found), shapes.shape[-1]
+    T = np.pad(made.T, ((0, 0), (0, m)))
+    T[: body.bonded.size, 6:] = shapes.reshape(-1, m)
+    return made._replace(T=T, turning=np.pad(made.turning, (0, m)))
 
 
 def on_motions(body: Bonded, S: Array) -> Array:

@@ -66,7 +66,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array, Mask
+from sits_mech.quantities import Array, Equilibrium, Mask
 from sits_mech.scene.sensor import Sensor
 
 PAIR = 2
@@ -198,6 +198,10 @@ class Levels:
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 
 
+Bends = Callable[[Levels, Scales, Equilibrium], Equilibrium]
+"""Bends the target of an equilibrium that was solved on some levels (mechanics/bending.py)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Line:
     """Families of meshes of a layer, each made on demand; numbers beyond theirs are those without first levels."""
@@ -208,6 +212,7 @@ class Line:
     asked: float  # estimated error at which refinement stops
     deepest: int = 99  # most levels
     goal: Array | None = None  # (s, 6), derivatives of what is asked by the pose; default: the pose
+    bends: Bends | None = None  # of a target that bends; default: it is rigid
 
     def __post_init__(self) -> None:
         """Cache the families."""

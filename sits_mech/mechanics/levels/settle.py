@@ -198,11 +198,18 @@ def _without_contact(line: Line, free: Solved) -> Solved:
     return free._replace(found=enlarged(found, whole, 1.0, Note(NoteKind.CONTACT_LOST)))
 
 
-def finished(control: Control, solved: Solved, body: str, tolerance: float | None = None) -> Equilibrium:
-    """Return the equilibrium that was asked for, with a note on an error above a tolerance; or raise SolveFailed."""
+def finished(
+    line: Line, control: Control, solved: Solved, body: str, tolerance: float | None = None
+) -> Equilibrium:
+    """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
+
+    With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.
+    """
     if solved.part < 1.0:
         raise path_failure(control, solved, body)
     found = solved.found
+    if line.bends is not None and not control.held.any():
+        found = line.bends(line[int(found.state[0])], line.scales, found)
     return found if tolerance is None else replace(found, report=found.report.judged(tolerance))
 
 

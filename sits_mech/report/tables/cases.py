@@ -9,6 +9,7 @@ import xarray as xr
 from rich.table import Table
 
 from sits_mech.batch.tables import SWEPT
+from sits_mech.chain.cells import FORCES
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
 from sits_mech.readout.loads import each_of, point, points
@@ -27,6 +28,7 @@ _SHOWN = {
     "pose": (*_POSE, "error_mechanics"),
     "inductance": ("relative", "L", "R", "error_magnetics"),
     "simulate": _POSE,
+    "cells": tuple(f"{read}_by_{force}" for read in FORCES for force in FORCES),
     "calibrate": ("failed_loads",),
     "quality": ("resolution", "error_by_model", "linearity", "crosstalk", "condition", "failed_loads"),
 }

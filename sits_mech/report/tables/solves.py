@@ -139,7 +139,8 @@ def impedance_table(coils: Sequence[str], found: Impedance, flags: Sequence[str]
             L = with_error(scale * float(found.L[i, j]), scale * float(error_L[i, j]), changed)
             R = with_error(float(found.R[i, j]), float(found.error_R[i, j]), lost)
             free = f"{scale * float(found.L0[i, j]):.6g} {unit_L} in free space"
-            lines.append((f"{first}, {second}" if i != j else first, f"L = {L} {unit_L}, R = {R} {unit_R}; {free}"))
+            name, lost_by = (first, "R - R_dc") if i == j else (f"{first}, {second}", "R")
+            lines.append((name, f"L = {L} {unit_L}, {lost_by} = {R} {unit_R}; {free}"))
     return key_table("impedance", lines + report_lines(found.report))
 
 
@@ -166,7 +167,8 @@ def spectrum_table(data: xr.Dataset) -> Table:
     unit = data.attrs["unit_L"]
     report = report_of(data.attrs["report"])
     title = f"{data.attrs['name']}: {report.model}, {report.seconds:.3g} s, {report.unknowns} unknowns"
-    headings = ["f [Hz]", "coil", f"L [{unit.replace('H', 'uH', 1)}]", f"R [{unit.replace('H', 'ohm', 1)}]", "Q [-]"]
+    unit_L, unit_R = (unit.replace("H", each, 1) for each in ("uH", "ohm"))
+    headings = ["f [Hz]", "coil", f"L [{unit_L}]", f"R - R_dc [{unit_R}]", "Q [-]"]
     if "shift" in data:
         headings += ["terminals: L [uH]", "R [ohm]", "Q [-]"]
     found = column_table(title, headings, justify="right")
