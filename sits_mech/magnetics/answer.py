@@ -150,6 +150,7 @@ class Reaction:
     residual: float = 0.0  # of these, relative
     notes: tuple[Note, ...] = ()
     shared: Complex | None = None  # (m, p, n, n) signed parts of the error, common to poses up to a factor
+    tracks: Complex | None = None  # (2, p, n, n) what its field does in the tracks, where asked for, and the error
 
 
 def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> None:
@@ -167,8 +168,8 @@ def check_asked(kind: Kind, sensor: Sensor, pose: Pose, frequency: float) -> Non
 def answer(
     kind: Kind, sensor: Sensor, pose: Pose, frequency: float, alone: Callable[[], tuple[Array, ArrayLike]],
     react: Callable[[Pose, float], Reaction],
-) -> Impedance:
-    """Return L and R for poses of any shape at `frequency` [Hz].
+) -> tuple[Impedance, Complex | None]:
+    """Return L and R for poses of any shape at `frequency` [Hz], and a reaction's `tracks`.
 
     `alone` returns L0 and R_dc of the coils; `react` is the model: poses, with fields of shape (p,), and frequency to
     their reaction. Raises as `check_asked`, and SolveFailed where matrices have no factors or give no numbers.
@@ -195,7 +196,7 @@ def answer(
     if found.shared is not None:
         parts = np.broadcast_to(found.shared.imag / omega, (len(found.shared), len(rows), n, n))
         shared = parts.reshape(-1, *shape)
-    return Impedance(frequency, *values, kind.unit_L, report, shared)
+    return Impedance(frequency, *values, kind.unit_L, report, shared), found.tracks
 
 
 def _finite(kind: Kind, react: Callable[[Pose, float], Reaction], pose: Pose, frequency: float) -> Reaction:

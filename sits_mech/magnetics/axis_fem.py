@@ -20,7 +20,6 @@ saturation.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -91,44 +90,37 @@ class AxisymmetricFem:
         Raises as `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if the tolerance is not
         reached.
         """
-        return self._answer(pose, frequency, self._reaction)
+        return self.with_tracks(pose, frequency)[0]
 
     @one_thread
-    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
-        """Return `impedance`, and what the discs' field does in the tracks, (2, p, 1, 1); None without discs."""
-        change = list[Complex]()
-        found = self._answer(pose, frequency, partial(self._reaction, tracks=tracks, change=change))
-        return found, change[0] if change else None
+    def with_tracks(
+        self, pose: Pose, frequency: float, tracks: Tracks | None = None
+    ) -> tuple[Impedance, Complex | None]:
+        """Return `impedance`, and what the discs' field does in the tracks, (2, p, 1, 1); None without either."""
+        alone, react = partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
+        return answer(_KIND, self.sensor, pose, frequency, alone, react)
 
-    def _answer(self, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]) -> Impedance:
-        """Return `impedance` by a reaction."""
-        return answer(
-            _KIND, self.sensor, pose, frequency,
-            partial(coils_alone, self.sensor.coils), react,
-        )
-
-    def _reaction(
-        self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
-    ) -> Reaction:
-        """Return the discs' reaction on the coil; add that in the tracks to a list."""
+    def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
+        """Return the discs' reaction on the coil, and that in the tracks."""
         check_coaxial(self.sensor, pose)
         d_v = np.asarray(pose.d_v, dtype=float) * (self.sensor.target is not None)
         heights, index = np.unique(d_v, return_inverse=True)
         found = [solved_axis(self, coaxial_discs(self.sensor, height), frequency) for height in heights.tolist()]
-        if tracks is not None and change is not None and found:
+        uneven = None
+        if tracks is not None:
             x, y, z = tracks.places(_FINE)[0].points[0].T
             each = [
                 tracks.around(_FINE, one.field.reaction(np.hypot(x, y), z)[None], self._gap(height))
                 for height, one in zip(heights.tolist(), found, strict=True)
             ]
-            change.append(np.concatenate(each, axis=1)[:, index])
+            uneven = np.concatenate(each, axis=1)[:, index]
         omega = 2 * np.pi * frequency
         flux, errors = np.array([each.field.flux for each in found]), np.array([each.errors() for each in found])
         value, error = 1j * omega * flux[index], omega * (errors[index, 1] + 1j * errors[index, 0])
         return Reaction(
             value[:, None, None], error[:, None, None], max(each.relative_errors()[0] for each in found),
             max(each.finer.unknowns for each in found), sum(each.solves for each in found),
-            max(each.field.residual for each in found),
+            max(each.field.residual for each in found), tracks=uneven,
         )
 
     def _gap(self, height: float) -> float:

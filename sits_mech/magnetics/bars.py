@@ -29,7 +29,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy.constants import mu_0
@@ -44,9 +43,9 @@ from sits_mech.geometry.plates import (
     section_plates,
 )
 from sits_mech.geometry.tracks import coil_bars, section_refusal
-from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, magnitudes, serving
+from sits_mech.magnetics.answer import Kind, Reaction, largest, magnitudes, serving
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, depth, free_space_inductance, section_alone
+from sits_mech.magnetics.section.coils import bars_of_coils, coil_box, depth, free_space_inductance, section_answer
 from sits_mech.magnetics.section.coupling import (
     Filaments,
     SectionPlate,
@@ -87,8 +86,7 @@ class PlanarBars:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H/m, ohm/m] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        kind, alone = _KIND.of(self.absolute), partial(section_alone, self.sensor, self.absolute)
-        return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
+        return section_answer(_KIND.of(self.absolute), self.sensor, pose, frequency, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, blended over the preparations that serve each pose."""

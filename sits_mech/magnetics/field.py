@@ -23,7 +23,6 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -31,9 +30,9 @@ from scipy.spatial import cKDTree
 from sits_mech.description import Refusal
 from sits_mech.geometry.plates import PlateSection, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
-from sits_mech.magnetics.answer import Kind, Reaction, answer, check_asked
+from sits_mech.magnetics.answer import Kind, Reaction, check_asked
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.section.coils import CoilBars, coil_potentials, depth, section_alone, tracks
+from sits_mech.magnetics.section.coils import CoilBars, coil_potentials, depth, section_answer, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
 from sits_mech.magnetics.section.mesh import DividedPlane, Fineness, divide_plane, outline_samples
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
@@ -121,8 +120,7 @@ class PlanarFem:
         Raises as `check_asked`, ValueError if the mesh generator is missing, SolveFailed if the tolerance is not
         reached.
         """
-        kind, alone = _KIND.of(self.absolute), partial(section_alone, self.sensor, self.absolute)
-        return answer(kind, self.sensor, pose, frequency, alone, self._reaction)
+        return section_answer(_KIND.of(self.absolute), self.sensor, pose, frequency, self._reaction)
 
     def _reaction(self, pose: Pose, frequency: float) -> Reaction:
         """Return the plates' reaction, every pose on a mesh of its own."""

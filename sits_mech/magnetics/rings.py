@@ -58,50 +58,40 @@ class Axisymmetric:
         The disc is divided on first use of its steps of gaps (octaves) and frequencies (decades), and kept. Raises as
         `check_asked`, ValueError if a pose leaves the coil's axis, SolveFailed if more rings are asked for than fit.
         """
-        return answer(
-            _KIND, self.sensor, pose, frequency,
-            partial(coils_alone, self.sensor.coils), self._reaction,
-        )
+        return self.with_tracks(pose, frequency)[0]
 
-    def _reaction(self, pose: Pose, frequency: float) -> Reaction:
-        """Return the disc's reaction on the coil."""
+    @one_thread
+    def with_tracks(
+        self, pose: Pose, frequency: float, tracks: Tracks | None = None
+    ) -> tuple[Impedance, Complex | None]:
+        """Return `impedance`, and what the disc's field does in the tracks, (2, p, 1, 1), by its first division.
+
+        None without a disc, or tracks.
+        """
+        alone, react = partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
+        return answer(_KIND, self.sensor, pose, frequency, alone, react)
+
+    def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
+        """Return the disc's reaction on the coil, and that in the tracks, blended over what serves each gap."""
         check_coaxial(self.sensor, pose)
-        change, error, rings, levels = self._change(np.asarray(pose.d_v), frequency)
-        worst = float((error.imag / np.abs(change.imag)).max())
-        spiral = (Note(NoteKind.SPIRALS_AS_RINGS),) * (self.sensor.coils[0].winding == "spiral")
-        notes = (Note.of(NoteKind.RINGS, rings=rings, levels=levels), *spiral)
-        return Reaction(change[:, None, None], error[:, None, None], worst, rings, levels, notes=notes)
-
-    def _change(self, d_v: Array, frequency: float) -> tuple[Complex, Complex, int, int]:
-        """Return Delta Z [ohm] and its errors, blended over the preparations of each gap; most rings and levels."""
-        change, error, rings, levels = np.zeros(d_v.size, dtype=complex), np.zeros(d_v.size, dtype=complex), 0, 0
+        d_v, rings, levels = np.asarray(pose.d_v), 0, 0
+        found = np.zeros((4, d_v.size, 1, 1), dtype=complex)  # Delta Z, its error, both in the tracks [ohm]
         for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
             discs, held = _divided(_problem(self.sensor, served(clear), top), top, self.tolerance)
             limit = _limits(discs, d_v[some], frequency)
             if not (held or _holds(limit, self.tolerance)):
                 raise self._too_many(discs, limit)
-            found = _error(limit)
-            change[some] += share * limit[-1][-1]
-            error[some] += share * (found[0] + 1j * found[1])
+            error_R, error_X = _error(limit)
+            found[:2, some, 0, 0] += share * np.stack([limit[-1][-1], error_R + 1j * error_X])
+            if tracks is not None:
+                B = discs[0].field(d_v[some], 2 * np.pi * frequency)
+                found[2:, some] += share[:, None, None] * tracks.around(clear, B, clear)
             rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
-        return change, error, rings, levels
-
-    @one_thread
-    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
-        """Return `impedance`, and what the disc's field does in the tracks, (2, p, 1, 1), by its first division.
-
-        None without a disc.
-        """
-        found, d_v = self.impedance(pose, frequency), np.ravel(pose.d_v)
-        if self.sensor.target is None:
-            return found, None
-        change = np.zeros((2, d_v.size, 1, 1), dtype=complex)
-        for (clear,), top, some, share in serving([(d_v, CLEARANCE)], frequency):
-            gaps = served(clear)
-            disc = _divided(_problem(self.sensor, gaps, top), top, self.tolerance)[0][0]
-            own = tracks.around(gaps[0], disc.field(d_v[some], 2 * np.pi * frequency), gaps[0])
-            change[:, some] += share[:, None, None] * own
-        return found, change
+        change, error, uneven = found[0], found[1], None if tracks is None else found[2:]
+        worst = float((error.imag / np.abs(change.imag)).max())
+        spiral = (Note(NoteKind.SPIRALS_AS_RINGS),) * (self.sensor.coils[0].winding == "spiral")
+        notes = (Note.of(NoteKind.RINGS, rings=rings, levels=levels), *spiral)
+        return Reaction(change, error, worst, rings, levels, notes=notes, tracks=uneven)
 
     def _too_many(self, discs: Sequence[Disc], limit: _Limits) -> SolveFailed:
         """Return the error of a division that asks for more rings than fit."""

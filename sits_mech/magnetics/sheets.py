@@ -30,7 +30,7 @@ G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -107,27 +107,21 @@ class Sheets:
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
-        return self._answer(pose, frequency, self._reaction)
+        return self.with_tracks(pose, frequency)[0]
 
     @one_thread
-    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
+    def with_tracks(
+        self, pose: Pose, frequency: float, tracks: Tracks | None = None
+    ) -> tuple[Impedance, Complex | None]:
         """Return `impedance`, and what the plates' field does in the tracks, (2, p, n, n); None without plates.
 
-        Of the first division, each plate by the coils alone; None where a plate is permeable.
+        Of the first division, each plate by the coils alone; None where a plate is permeable, or without tracks.
         """
-        found = list[Complex]()
-        shown = self._answer(pose, frequency, partial(self._reaction, tracks=tracks, change=found))
-        return shown, found[0] if found else None
-
-    def _answer(self, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]) -> Impedance:
-        """Return `impedance` by a reaction."""
-        alone = partial(coils_alone, self.sensor.coils, self.windings)
+        alone, react = partial(coils_alone, self.sensor.coils, self.windings), partial(self._reaction, tracks=tracks)
         return answer(_KIND, self.sensor, pose, frequency, alone, react)
 
-    def _reaction(
-        self, pose: Pose, frequency: float, tracks: Tracks | None = None, change: list[Complex] | None = None
-    ) -> Reaction:
-        """Return the plates' reaction, blended over what serves each pose; add that in the tracks to a list."""
+    def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
+        """Return the plates' reaction, and that in the tracks, blended over what serves each pose."""
         parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
         shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
         none = np.zeros((2, *shape), dtype=complex)
@@ -138,12 +132,13 @@ class Sheets:
         for (*clear, room), top, some, share in serving(gaps, frequency, lowest=lowest):
             one = self._change([part.among(some) for part in parts], clear, room, (frequency, top), tracks)
             found = found.with_share(one, some, share)
-        if tracks is not None and change is not None:
-            change.append(found.tracks)
         scale = largest(found.value.imag)
         relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
-        return Reaction(found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared)
+        uneven = None if tracks is None else found.tracks
+        return Reaction(
+            found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared, tracks=uneven
+        )
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
         """Return plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""

@@ -26,7 +26,7 @@ def react(pose: Pose, frequency: float) -> Reaction:
 
 def asked(pose: Pose, *, kind: Kind = PLANE, sensor: Sensor | None = None, frequency: float = 1e6) -> Impedance:
     """Ask the model above."""
-    return answer(kind, sensor or load_sensor("biorob2018"), pose, frequency, alone, react)
+    return answer(kind, sensor or load_sensor("biorob2018"), pose, frequency, alone, react)[0]
 
 
 def test_values_and_report_by_hand() -> None:

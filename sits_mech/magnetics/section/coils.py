@@ -21,8 +21,9 @@ Neglected: skin and proximity effect in the tracks (uniform current), the ends a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.constants import mu_0
@@ -30,9 +31,10 @@ from scipy.constants import mu_0
 from sits_mech.geometry.plates import return_radius
 from sits_mech.geometry.tracks import coil_bars
 from sits_mech.geometry.windings import Bars
+from sits_mech.magnetics.answer import Kind, Reaction, answer
 from sits_mech.magnetics.coils.resistance import coils_alone, track_conductivity
 from sits_mech.magnetics.section.kernels import mean_log
-from sits_mech.quantities import Array, Complex
+from sits_mech.quantities import Array, Complex, Impedance, Pose
 from sits_mech.scene.sensor import Coil, Sensor
 
 _FAR = 20.0  # in the longest side of a bar
@@ -142,6 +144,13 @@ def section_alone(sensor: Sensor, absolute: bool) -> tuple[Array, Array]:
     if absolute:
         return coils_alone(sensor.coils)
     return free_space_inductance(sensor), section_resistances(sensor.coils)
+
+
+def section_answer(
+    kind: Kind, sensor: Sensor, pose: Pose, frequency: float, react: Callable[[Pose, float], Reaction]
+) -> Impedance:
+    """Return L and R of coils in the section, per metre of depth or whole as the kind says; as `answer`."""
+    return answer(kind, sensor, pose, frequency, partial(section_alone, sensor, kind.unit_L == "H"), react)[0]
 
 
 def depth(sensor: Sensor, absolute: bool) -> Array:

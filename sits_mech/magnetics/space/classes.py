@@ -97,9 +97,8 @@ def kernel(plan: CellPlan, levels: Array, prisms: Prisms) -> Array:
         n = boxes.shape[-1]
         return boxes.transpose(1, 0, 2, 3, 4).reshape(4, 2, n, n)
     n, g, (points, symmetric) = prisms.low.size, len(plan.group), _way(plan)
-    images = [image for pair in _images(plan, prisms) for image in pair]
-    every = Prisms(*(np.concatenate([getattr(image, name) for image in images]) for name in ("corners", "low", "high")))
-    found = prism_means(prisms, every, points=points, symmetric=symmetric).reshape(n, -1, 2, n).transpose(1, 2, 0, 3)
+    found = prism_means(prisms, _images(plan, prisms), points=points, symmetric=symmetric)
+    found = found.reshape(n, -1, 2, n).transpose(1, 2, 0, 3)
     turns = np.arange(g)
     return np.ascontiguousarray(found[np.minimum(turns, g - turns) if symmetric else turns])
 
@@ -109,11 +108,10 @@ def kernel_seconds(plan: CellPlan, levels: Array) -> float:
     if plan.tensor is not None:
         return 0.0
     prisms, (points, symmetric) = stacked(plan, levels), _way(plan)
-    whole = sum(prism_seconds(prisms, each, points) for pair in _images(plan, prisms) for each in pair)
-    return whole / 2.0 if symmetric else whole
+    return prism_seconds(prisms, _images(plan, prisms), points) / (1.0 + symmetric)
 
 
-def _way(plan: CellPlan) -> tuple[tuple[int, int], bool]:
+def _way(plan: CellPlan) -> tuple[int, bool]:
     """Return Gauss points of near prisms, and whether what two cells have with each other's images is symmetric.
 
     It is for a whole outline, and where each cell of a disc's sector is its own mirror image in the sector's axis, x:
@@ -126,20 +124,13 @@ def _way(plan: CellPlan) -> tuple[tuple[int, int], bool]:
     return MANY, bool(np.abs(apart).max(axis=3).min(axis=2).max() <= 1e-12 * np.abs(plan.nodes).max())
 
 
-def _images(plan: CellPlan, prisms: Prisms) -> list[tuple[Prisms, Prisms]]:
-    """Return the images of prisms by a plan's turns, up to half of them where that is all, and their mirror images."""
+def _images(plan: CellPlan, prisms: Prisms) -> Prisms:
+    """Return prisms' images by a plan's turns, up to half of them where that is all, each and then its mirror image."""
     turns = plan.group[: len(plan.group) // 2 + 1] if _way(plan)[1] else plan.group
-    return [(_image(prisms, g, 1), _image(prisms, g, -1)) for g in turns]
-
-
-def _image(prisms: Prisms, g: Array, mirror: int) -> Prisms:
-    """Return prisms moved by a plane isometry and, for mirror = -1, through the plane z = 0."""
-    corners = prisms.corners @ g.T
-    if np.linalg.det(g) < 0:
-        corners = corners[:, ::-1]
-    if mirror > 0:
-        return Prisms(corners, prisms.low, prisms.high)
-    return Prisms(corners, -prisms.high, -prisms.low)
+    corners = prisms.corners @ np.repeat(np.swapaxes(turns, 1, 2), 2, axis=0)[:, None]
+    ends = np.stack([(prisms.low, prisms.high), (-prisms.high, -prisms.low)], axis=1)
+    low, high = np.tile(ends.reshape(2, -1), len(turns))
+    return Prisms(corners.reshape(-1, 4, 2), low, high)
 
 
 def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:

@@ -90,7 +90,7 @@ ROUGH = 3e-2
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 4e-4  # the same of each where current crowds at the rim and levels show no order
 _BETWEEN = 0.5  # error there over what is between order 2 and faster ones; how much of its own L has from four parts on
-_CLOSE = 0.15, 0.05  # of what is added to both along plates so close to coils that cells are as long as the gap
+_CLOSE = 0.45, 0.15  # of what is added to both along plates so close to coils that cells are as long as the gap
 _Plates = TypeVar("_Plates")
 
 
@@ -220,7 +220,8 @@ class ImpedanceLimit:
         k, thin = self.crowded, (1.0 - self.thick) * (not self.close)
         shown = 1.0 if rung.along[0] == rung.along[1] else (1.0 - k) * (1.0 + thin * (_TAKEN / _SAFETY - 1.0))
         parts: tuple[Callable[[Complex], Array], ...] = np.real, np.imag
-        rims = _RIM[0], _RIM[1] * (1.0 if rung.along[0] < _STEM else _BETWEEN)
+        crowd = self.thick if self.close else k
+        rims = _RIM[0] * crowd, _RIM[1] * crowd * (1.0 if rung.along[0] < _STEM else _BETWEEN)
         for part, faster, rim, close in zip(parts, _FASTER, rims, _CLOSE, strict=True):
             x, error_x = extrapolated_rest(part(steps[0]), part(steps[1]), rung.along, _ORDER)
             z, error_z = extrapolated_rest(part(steps[2]), part(steps[3]), rung.across, _ORDER)
@@ -229,5 +230,5 @@ class ImpedanceLimit:
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             own = own + sum(np.abs(part(other)) for other in steps[4:])
-            found.append(own + (_LEFT + rim * k) * np.abs(part(value)))
+            found.append(own + (_LEFT + rim) * np.abs(part(value)))
         return np.asarray(found[0] + 1j * found[1])

@@ -42,16 +42,16 @@ def test_a_sector_whose_cells_are_no_mirror_images_of_themselves_is_taken_as_it_
     )
 
 
-def errors(plan: CellPlan, points: tuple[int, int]) -> Array:
+def errors(plan: CellPlan, points: int) -> Array:
     prisms = stacked(plan, LEVELS)
-    exact = prism_means(prisms, prisms, points=(11, 8))
+    exact = prism_means(prisms, prisms, points=13)
     return np.asarray(np.abs(prism_means(prisms, prisms, points=points) / exact - 1.0))
 
 
 @pytest.mark.slow
 def test_many_points_take_touching_cells_ten_times_closer_than_few(plan: CellPlan) -> None:
     few, many = errors(plan, FEW), errors(plan, MANY)
-    assert many.max() < 3e-3 < few.max()
+    assert many.max() < 4e-3 < few.max() / 2.0
     assert many.mean() < few.mean() / 8.0
 
 
