@@ -39,7 +39,7 @@ def test_loads_are_divided_by_their_range():
     found, own = LoadHistory(np.array([0.0, 1.0, 5.0, 6.0]), wrench).divided(8)
     assert found.time.size == 1 + 8 + 1 + 2
     np.testing.assert_allclose(found.time[own], [0.0, 1.0, 5.0, 6.0])
-    np.testing.assert_allclose(np.diff(found.wrench[:9, 1]), 0.25)
+    np.testing.assert_allclose(np.diff(found.course[:9, 1]), 0.25)
     sudden, own = LoadHistory(np.array([0.0, 1.0, 1.0, 2.0]), wrench[[0, 0, 1, 1]]).divided(8)
     assert sudden.time.tolist() == [0.0, 1.0, 1.0, 2.0] and own.all() and sudden.solved.all()
 

@@ -277,7 +277,8 @@ def expected_loads(sensor: Sensor, history: LoadHistory) -> list[Wrench]:
         t, rest = layer_parts(sensor)[1].thickness, undeformed(sensor)[1]
         far = float(rest + course[np.argmax(np.abs(course[:, 1])), 1])
         if held[1] and abs(far - rest) >= t:
-            raise SceneError(f"history: d_v must be between {mm(rest - t)} and {mm(rest + t)}; got {mm(far)}")
+            must = f"within a thickness of rest, between {mm(rest - t)} and {mm(rest + t)}"
+            raise SceneError(f"history: d_v must be {must}; got {mm(far)}")
         loads, _ = compliant_loads(sensor, small_strain(sensor, _COARSE), course, held)
         loads[np.abs(loads) <= _ROUNDING * np.max(np.abs(loads))] = 0.0
         course = np.where(held, loads, course)

@@ -50,7 +50,7 @@ def test_no_shear_by_symmetry():
 
 def test_softening_takes_a_model_that_has_it():
     """Where a small load would do with a linear model."""
-    small = loads([0.0, 1.0], (0.0, 0.0), (0.0, 1e-3))
+    small = [Wrench(), Wrench(F_z=1e-3)]
     assert taken_layer(soft(), "auto", 0.1, small)[1].name == "linear"
     assert taken_layer(soft(mullins={"r": 2.0}), "auto", 0.1, small)[1].name == "block"
 
