@@ -139,8 +139,8 @@ def explain(
         from sits_mech.analysis.histories.read import read_history
         from sits_mech.report.tables.plan import price_table
 
-        course = read_history(history)
-        wrench = largest_load(course)
+        course = read_history(history, sensor)
+        wrench = largest_load(sensor, course)
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved

@@ -124,7 +124,7 @@ def inductance(
 @app.command
 def simulate(
     scene: Scene, *, load: Load = Load(), way: Way = Way(), models: Models = Models(), temperature: Warmths = None,
-    history: Annotated[Path | None, Parameter(help="CSV of loads over time: t [s], F_z [N], ...")] = None,
+    history: Annotated[Path | None, Parameter(help="CSV over time: t [s], F_z [N] or d_v [mm], ...")] = None,
     rcount: Annotated[int | None, Parameter(help="Reference count in a history; 65535 by default.")] = None,
     output: Output = None, picture: Picture = None, best: Best = True, accept: Accept = False,
     overrides: Overrides = Overrides(), as_json: Json = False,

@@ -40,7 +40,7 @@ def in_time(
     from sits_mech.report.history import history_record, history_table, write_history
     from sits_mech.report.tables.plan import left_out_tables
 
-    loads, count = read_history(path), checked_count(sensor, rcount)
+    loads, count = read_history(path, sensor), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
     with progress_bar("history [%]") as progress:
         data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)

@@ -142,7 +142,7 @@ class BlockPad(Controlled):
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
-        began, whole = time.process_time(), any(load.out_of_plane for load in history.loads)
+        began, whole = time.process_time(), bool(history.farthest.out_of_plane)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
         report = replace(found.report, model="block", seconds=time.process_time() - began)
         notes = (*report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))

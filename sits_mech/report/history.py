@@ -40,29 +40,31 @@ def moving(data: xr.Dataset) -> tuple[str, ...]:
 
 
 def history_table(data: xr.Dataset) -> Table:
-    """Return load, pose and signals at the history's own times, with errors."""
+    """Return load, pose and signals at the history's own times, with errors of what is not given."""
     rows = np.flatnonzero(data["given"].to_numpy())
     step = -(-len(rows) // _MOST)
     thinned = rows[::step]
-    loads, signals = moving(data), shown_signals(data)
+    found, signals = [name for name in WRENCH if f"error_{name}" in data], shown_signals(data)
+    loads = [name for name in moving(data) if name not in found]
     places = [name for name in POSE if name in POSE[:3] or np.any(data[name].to_numpy() != 0.0)]
-    columns = [(name, *shown_scale(name)) for name in places] + [(name, 1.0, "%") for name in signals]
+    columns = [(name, 1.0, shown_unit(name)) for name in found] + [(name, *shown_scale(name)) for name in places]
+    columns += [(name, 1.0, "%") for name in signals]
     units = {"t": "s"} | {name: shown_unit(name) for name in loads}
     units |= {name.removesuffix("_percent"): unit for name, _, unit in columns}
     headings = [f"{name} [{unit}]" for name, unit in units.items()]
     title = f"{data.attrs['name']}: estimated errors behind every number"
-    found = column_table(title, headings, justify="right", no_wrap=True)
-    found.add_column("status")
+    table = column_table(title, headings, justify="right", no_wrap=True)
+    table.add_column("status")
     sizes = sizes_of(data, [name for name, *_ in columns])
     for row in thinned:
         here = data.isel(time=row)
         each = ((k, name, f"error_{name}") for name, k, _ in columns)
         values = [with_error(*(k * float(part) for part in (here[a], here[b], sizes[a]))) for k, a, b in each]
         cells = (f"{float(here[name]):.4g}" for name in loads)
-        found.add_row(f"{float(here['time']):.6g}", *cells, *values, here["flags"].item())
+        table.add_row(f"{float(here['time']):.6g}", *cells, *values, here["flags"].item())
     left = "" if step < 2 else f"one row of {step}, {len(rows)} in all; "
-    found.caption = f"{left}{joined_words(data.attrs['notes'])}" or None
-    return found
+    table.caption = f"{left}{joined_words(data.attrs['notes'])}" or None
+    return table
 
 
 def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[str, Any]:
@@ -76,6 +78,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},
+        "error_wrench": {name: own[f"error_{name}"].to_numpy() for name in WRENCH if f"error_{name}" in own},
         "error": {name: own[f"error_{name}"].to_numpy() for name in POSE},
         "signals": {item: own[item].to_numpy() for name in shown_signals(data) for item in (name, f"error_{name}")},
         "L": coils,
@@ -112,7 +115,9 @@ def history_curves(data: xr.Dataset) -> Figure:
     rows = 2 + len(names) + ("code" in data)
     with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):
-            axes[0].plot(time, data[name], **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
+            value, error = (np.asarray(part) for part in (data[name], data.get(f"error_{name}", 0.0 * data[name])))
+            axes[0].fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
+            axes[0].plot(time, value, **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
         axes[0].set_ylabel("load")
         axes[0].legend()
         for name, stroke in zip(places, strokes(len(places)), strict=True):

@@ -83,12 +83,16 @@ def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     return (vectors.T @ (v * tau)) * (vectors.T @ v) * slow, -1.0 / rates
 
 
-def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
+def relaxed_share(silicone: Silicone, time: Array, share: Array, *, inverse: bool = False) -> Array:
     """Return the elastically equivalent share of a load history, linear between samples, by its Prony series.
 
-    `time` (n,) does not descend, repeated for a step [s]; before the first sample the share is zero.
+    ``int C dQ``, or `inverse` the load of an elastic one, ``int G dQ_e``. `time` (n,) does not descend, repeated for a
+    step [s]; before the first sample the share is zero.
     """
     weights, times = retardation(silicone.prony)
+    if inverse:
+        w, times = np.array(silicone.prony).reshape(-1, 2).T
+        weights = -w / (1.0 - w.sum())
     lag = weights * share[0]
     found = [float(share[0] - lag.sum())]
     for step, rise, now in zip(np.diff(time), np.diff(share), share[1:], strict=True):

@@ -7,7 +7,7 @@ from sits_mech.mechanics.closed_form import Strip
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.mechanics.linear import small_strain
 from sits_mech.notes import NoteKind
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import POSE, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.silicone.history import creep, relaxed_share
 from sits_mech.silicone.material import silicone_from
@@ -39,7 +39,7 @@ def test_loads_are_divided_by_their_range():
     found, own = LoadHistory(np.array([0.0, 1.0, 5.0, 6.0]), wrench).divided(8)
     assert found.time.size == 1 + 8 + 1 + 2
     np.testing.assert_allclose(found.time[own], [0.0, 1.0, 5.0, 6.0])
-    np.testing.assert_allclose(np.diff(found.wrench[:9, 1]), 0.25)
+    np.testing.assert_allclose(np.diff(found.course[:9, 1]), 0.25)
     sudden, own = LoadHistory(np.array([0.0, 1.0, 1.0, 2.0]), wrench[[0, 0, 1, 1]]).divided(8)
     assert sudden.time.tolist() == [0.0, 1.0, 1.0, 2.0] and own.all() and sudden.solved.all()
 
@@ -75,6 +75,21 @@ def test_a_sudden_change_is_no_ramp():
     np.testing.assert_allclose(found.pose.d_h[given], share * slow.d_h, rtol=1e-12)
     every = np.where(found.time > 10.0, creep(own.elastomer.silicone, found.time - 10.0) * slow.d_h, 0.0)
     np.testing.assert_allclose(found.pose.d_h[~given], every[~given], rtol=1e-9)
+
+
+def test_a_held_target_relaxes_as_a_whole():
+    """A ramp of shear under a press that is given: F_x = k int G dd, the press creeps by itself, M holds no tilt."""
+    own, time, course = soft(prony=[{"weight": 0.3, "time": 2.0}]), np.array([0.0, 1.0, 4.0]), np.zeros((3, 6))
+    course[1:, 0], course[:, 1] = 1e-5, 2e-2
+    held, layer = np.isin(POSE, ["d_h", "alpha"]), Strip(own.target, own.elastomer, (1e3, 1e4, 1.0))
+    found, press = motion_of(own, layer, LoadHistory(time, course, held=held)), layer.equilibrium(Wrench(F_z=2e-2)).pose
+    slow, given = 1e-5 * layer.stiffness[0], found.given
+    ramp = 1.0 + 0.3 / 0.7 * 2.0 * (1.0 - np.exp(-0.5)) * np.exp(-(time[1:] - 1.0) / 2.0)
+    np.testing.assert_allclose(found.wrench[given][:, 0], [0.0, *(slow * ramp)], rtol=1e-12)
+    np.testing.assert_allclose(found.pose.d_v[given] - 2e-3, creep(own.elastomer.silicone, time) * (press.d_v - 2e-3))
+    np.testing.assert_array_equal(found.pose.d_h[given], course[:, 0])
+    assert not found.pose.alpha.any() and np.all(found.wrench[given][1:, 2] < 0.0)
+    assert np.all(found.error_wrench[given][1:, [0, 2]] > 0.0) and not found.error_wrench[:, 1].any()
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.histories.response import foreseen
+from sits_mech.analysis.histories.response import expected_loads, foreseen
 from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.plan import Plan
 from sits_mech.chain.prices import forecast_load
@@ -29,9 +29,9 @@ class HistoryPrice(NamedTuple):
     seconds: float  # of processor time, by these
 
 
-def largest_load(history: LoadHistory) -> Wrench:
-    """Return the largest load of a history, each component over its range."""
-    return history.loads[int(np.argmax(np.linalg.norm(history.shares, axis=1)))]
+def largest_load(sensor: Sensor, history: LoadHistory) -> Wrench:
+    """Return the largest load of a history, each component over its range; raises as `expected_loads`."""
+    return expected_loads(sensor, history)[int(np.argmax(np.linalg.norm(history.shares, axis=1)))]
 
 
 def history_price(sensor: Sensor, history: LoadHistory, found: Plan, tolerance: float) -> HistoryPrice:

@@ -1,10 +1,11 @@
-"""Read a load history: a table with a column of times and one for each force or moment.
+"""Read a load history: a table with a column of times and one for each force, moment or place of the target.
 
 What precedes the names of columns (see `columns`) or starts with # is passed over, in any order, a unit in brackets (SI
 without one):
 
     t [ms], or time [s]         rising from row to row
     F_x [N], M_x [N mm], ...    at least one component of the wrench; those without a column are zero
+    d_h [mm], d_v, alpha [deg]  in place of F_x, F_z, M: the pose of the target, whose force is found
 """
 
 from __future__ import annotations
@@ -16,26 +17,33 @@ import numpy as np
 
 from sits_mech.analysis.columns import cell_number, line_cells
 from sits_mech.analysis.measured import Sheet, table_with
-from sits_mech.mechanics.histories import LoadHistory
-from sits_mech.quantities import UNITS, WRENCH, Array
+from sits_mech.mechanics.histories import LoadHistory, undeformed
+from sits_mech.quantities import POSE, UNITS, WRENCH, Array
+from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 
 _TIMES = ("t", "time")
 _MOST = 20000  # rows
+_KNOWN = (*WRENCH, *POSE[:3])  # places in the plane alone: those beside it have no estimated loads
 
 
-def read_history(path: str | Path) -> LoadHistory:
-    """Read a history of loads.
+def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
+    """Read a history of loads, or places of a sensor's target.
 
-    Raises SceneError when the file cannot be read, columns or numbers are missing, or time stands still or runs back.
+    Raises SceneError when the file cannot be read, columns or numbers are missing, a force comes with the place that it
+    works on, or time stands still or runs back.
     """
     must = "a column t, such as t [s], and one for each force"
     table, columns = table_with(path, "a readable history of loads", _TIMES, must)
     names = [column.title for column in table.columns]
     _check_columns(str(path), columns, names)
-    known = [name for name in WRENCH if name.lower() in columns]
+    known = [name for name in _KNOWN if name.lower() in columns]
     if not known:
-        raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(WRENCH)}; got none")
+        raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(_KNOWN)}; got none")
+    held = np.isin(POSE, known)
+    for force, place in np.transpose([WRENCH, POSE])[held].tolist():
+        if force in known:
+            raise SceneError(f"{path}: must give one of {force} and {place}; got both")
     sheet = Sheet(str(path), columns, _rows(table.rows, table.separator, len(names), str(path)))
     time = sheet.values(next(name for name in _TIMES if name in columns), "s")
     still = np.flatnonzero(np.diff(time) <= 0.0)
@@ -44,18 +52,18 @@ def read_history(path: str | Path) -> LoadHistory:
         hint = ": a sudden load takes a short time, such as 1 ms" if time[row] == time[row - 1] else ""
         came = f"{time[row]:g} s in row {row + 1} after {time[row - 1]:g} s"
         raise SceneError(f"{path}: time must rise; got {came}{hint}")
-    wrench = np.zeros((len(time), len(WRENCH)))
+    course = np.zeros((len(time), len(WRENCH)))
     for name in known:
-        wrench[:, WRENCH.index(name)] = sheet.values(name.lower(), UNITS[name])
-    return LoadHistory(time, wrench)
+        course[:, (WRENCH if name in WRENCH else POSE).index(name)] = sheet.values(name.lower(), UNITS[name])
+    return LoadHistory(time, course - np.where(held, undeformed(sensor), 0.0), held=held)
 
 
 def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) -> None:
-    """Refuse other columns than time and forces, and those that come twice."""
-    strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in WRENCH)})
+    """Refuse other columns than time, forces and places, and those that come twice."""
+    strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in _KNOWN)})
     if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
         what = f"{strange[0]!r}" if strange else ", ".join(names)
-        raise SceneError(f"{source}: columns must be t and some of {', '.join(WRENCH)}, each once; got {what}")
+        raise SceneError(f"{source}: columns must be t and some of {', '.join(_KNOWN)}, each once; got {what}")
 
 
 def _rows(lines: Sequence[str], separator: str, width: int, source: str) -> Array:

@@ -126,13 +126,14 @@ def begun(body: Bonded) -> Moment:
 
 
 def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) -> Moment | PathEnd:
-    """Return the layer a step `dt` [s] later, under a load that changes linearly, or why there is none.
+    """Return the layer a step `dt` [s] later, under a goal that changes linearly, or why there is none.
 
-    ``dt = 0`` is a sudden load; `goal` (k,) as of a `Path`, scaled, like `held`.
+    ``dt = 0`` is a sudden change; `goal` (k,) as of a `Path`, scaled, like `held`.
     """
+    begin = np.where(held, now.state.q, now.state.load) if len(held) else now.state.load
     pairs = zip(body.laws.each, now.memories, strict=True)
     laws = body.laws.after([past_after(law.silicone, memory, dt) for law, memory in pairs])
-    aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((now.state.load, goal), held)
+    aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((begin, goal), held)
     rule: dict[str, Any] = {"rule": Friction, "parts": _PARTS} if rough(body) else {"smallest": _SHORTEST}
     found = advance(aged, replace(now.state, iterations=0), path, **rule)
     return found.reason or _moment(body, now.memories, found.state, dt)

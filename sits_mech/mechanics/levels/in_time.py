@@ -11,7 +11,8 @@ the loads of the history at their own times, so that the difference holds what t
 
 Space. Further levels walk in the steps of A, and the first level's correction in time is added to them; poses are
 extrapolated at each time as they are of an elastic layer (family.py), with errors over the largest displacement of the
-history. Three levels are walked at most.
+history. Three levels are walked at most. Of components whose places are given the load is found in place of q, with
+errors over the largest load.
 
 Contact. As for one load (settle.py): where a free face comes to lie on ground, target or another at any time, the whole
 history is walked with contact. With friction a step is of first order: the error is ``|q_B - q_A|``, and q is q_B.
@@ -28,8 +29,7 @@ from numpy.typing import NDArray
 
 from sits_mech.cases import Progress, untold
 from sits_mech.geometry.collision import ground_notes
-from sits_mech.mechanics.equilibrium.body import Bonded
-from sits_mech.mechanics.equilibrium.control import under
+from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
@@ -38,7 +38,7 @@ from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_not
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import POSE, WRENCH, Array, Ended, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.quantities import POSE, Array, Ended, Pose, SolveFailed, SolveReport
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
@@ -89,10 +89,10 @@ def _failed(history: LoadHistory, end: _Ended) -> SolveFailed:
 
 def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
     """Return the motion on one family of meshes, and whether free faces touch anything."""
-    asked, count, goals = min(line.asked, 1.0), min(WALKED, len(levels)), history.wrench / line.scales.loads
-    farthest = under(next((load for load in history.loads if load.out_of_plane), Wrench()))
-    held, _ = aim(levels.coarse, line.scales, farthest)
-    first = _First(levels.coarse, held, _GROWTH * asked)
+    asked, count, scales = min(line.asked, 1.0), min(WALKED, len(levels)), line.scales
+    goals, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
+    sides = aim(levels.coarse, scales, history.farthest)[0], history.held[:k]
+    first = _First(levels.coarse, sides, _GROWTH * asked)
 
     def share(level: int) -> Callable[[float], None]:
         """Scale the progress of one level's walk to its share of the whole."""
@@ -100,11 +100,11 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
     def walked() -> Iterator[_Walk]:
         """Yield the walks of the levels; further ones as long as they get to the end."""
-        first.timed(history.time, goals[:, : levels.coarse.components], np.flatnonzero(history.solved), share(0))
+        first.timed(history.time, goals[:, :k], np.flatnonzero(history.solved), share(0))
         yield first
         for level in range(1, count):
             try:
-                yield _Walk(levels.maker(level), held).follow(first, share(level))
+                yield _Walk(levels.maker(level), sides).follow(first, share(level))
             except _Ended:
                 if level == 1:
                     raise
@@ -115,33 +115,41 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
 
 class _Limits(NamedTuple):
-    """Extrapolated motion and error over time."""
+    """Extrapolated motion over time, of components whose places are given the load, with its error."""
 
-    q: Array  # (m, k) [thicknesses, rad]
-    error: Array  # of q, (m, k)
-    relative: float  # largest error over the motion
+    value: Array  # (m, k), scaled
+    error: Array  # (m, k)
+    relative: float  # largest error over the largest motion, or load
+    late: float  # that in time
 
 
 def _limits(levels: Levels, first: _First, walks: Sequence[_Walk]) -> _Limits:
-    """Extrapolate some walks at each time; errors over the largest displacement of the history."""
-    weight, gaps = levels.coarse.levers, np.array(first.gap)
-    late = np.array([np.array(walk.q) + gaps * (1.0 if rough(levels.coarse) else 4.0) for walk in walks]) * weight
-    size = max(np.max(np.abs(late[-1])), 1e-300)
-    values, errors = [], []
-    for rows, gap in zip(np.moveaxis(late / size, 1, 0), gaps, strict=True):
-        limit = levels.limit(list(rows), pressed=any(walk.pressed for walk in walks), sink=-size * rows[-1][1])
+    """Extrapolate some walks at each time; errors over the largest displacement, or load, of the history."""
+    given, gaps, goals = first.given, np.array(first.gap), np.array(first.goal)
+    late = [np.array(walk.found) + gaps * (1.0 if rough(levels.coarse) else 4.0) for walk in walks]
+    unit = first.unit(first.sizes(np.where(given, goals, late[-1]), np.where(given, late[-1], goals)))
+    sinks, values, errors = -np.where(given, goals, late[-1])[:, 1], [], []
+    pressed = any(walk.pressed for walk in walks)
+    for rows, gap, sink in zip(np.moveaxis(np.array(late) / unit, 1, 0), gaps / unit, sinks, strict=True):
+        limit = levels.limit(list(rows), pressed=pressed, sink=sink)
         values.append(limit.value)
-        own = np.maximum(limit.error + np.abs(gap * weight) / size, _LEAST if np.any(rows) else 0.0)
+        own = np.maximum(limit.error + np.abs(gap), _LEAST if np.any(rows) else 0.0)
         errors.append(errors_of(own, levels.share))
-    unit = size / weight
-    return _Limits(np.array(values) * unit, np.array(errors) * unit, float(np.max(errors)))
+    error = np.array(errors)
+    return _Limits(np.array(values) * unit, error * unit, float(np.max(error)), float(np.max(np.abs(gaps / unit))))
 
 
 def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], large: Note | None) -> Motion:
     """Return the motion in SI with its report."""
     scales, body, sensor, found = line.scales, levels.fine, line.sensor, _limits(levels, first, walks)
-    last, k = walks[-1], body.components
-    pose, error = (np.pad(part * scales.lengths[:k], ((0, 0), (0, len(POSE) - k))) for part in found[:2])
+    last, k, goals = walks[-1], body.components, np.array(first.goal)
+
+    def padded(free: Array | float, given: Array | float, units: Array) -> Array:
+        """Return all components in SI, (m, 6), of free ones and of those whose places are given."""
+        return np.pad(np.where(first.given, given, free) * units[:k], ((0, 0), (0, len(POSE) - k)))
+
+    pose, error = padded(found.value, goals, scales.lengths), padded(found.error, 0.0, scales.lengths)
+    wrench, off = padded(goals, found.value, scales.loads), padded(0.0, found.error, scales.loads)
     pose[:, 1] += scales.standoff + scales.thickness
     state = walks[1].far
     beneath = ground_notes(sensor, scales.pose(state.q))
@@ -150,8 +158,7 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     stretch, before = (float(walk.values.max()) for walk in (last, walks[-2]))
     each = np.max([moment.each for moment in last.stretch], axis=0)
     notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
-    gap, moved = (float(np.max(np.abs(np.array(part) * body.levers))) for part in (first.gap, last.q))
-    notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=gap / max(moved, 1e-300)))
+    notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=found.late))
     if found.relative > line.asked:
         notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
@@ -159,16 +166,17 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
         state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
         abs(stretch - before),
     )
-    wrench, time = np.pad(first.load, ((0, 0), (0, len(WRENCH) - k))) * scales.loads, np.array(first.time)
-    return Motion(time, np.array(first.given), wrench, Pose.of(pose), Pose.of(error), last.values, report)
+    time, rows = np.array(first.time), np.array(first.rows)
+    return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), last.values, report)
 
 
 class _Walk:
     """The target's motion over time on one level, kept moment by moment."""
 
-    def __init__(self, body: Bonded, held: Held) -> None:
-        self.body, self.held, self.now = body, held, begun(body)
-        self.q: list[Array] = []  # (k,) each
+    def __init__(self, body: Bonded, sides: tuple[Held, Held]) -> None:
+        self.body, self.now = body, begun(body)
+        self.sides, (self.held, self.given) = sides, sides  # components that are held, those of them that are given
+        self.found: list[Array] = []  # motion, or load where the place is given, (k,) each
         self.stretch: list[Stretched] = []
         self.far = self.now.state  # farthest state
         self.iterations, self.min_J = 0, np.inf
@@ -183,16 +191,20 @@ class _Walk:
         """Append a moment and make it the present one."""
         body, state = self.body, moment.state
         self.now, self.iterations = moment, self.iterations + iterations
-        self.q.append(state.q)
+        self.found.append(self.answer(state))
         self.far = max(self.far, state, key=lambda each: body.length(each.q))
         self.min_J = min(self.min_J, state.min_J)
         self.stretch.append(layer_stretch(body, state.u))
         self.touches |= body.touching(state).touch
         self.pressed |= body.pressed(state)
 
-    def step(self, now: Moment, dt: float, load: Array, time: float) -> Moment:
+    def answer(self, state: State) -> Array:
+        """Return what is found in a state, (k,)."""
+        return np.where(self.given, state.load, state.q)
+
+    def step(self, now: Moment, dt: float, goal: Array, time: float) -> Moment:
         """Return the moment one step later."""
-        found = later(self.body, now, dt, load, self.held)
+        found = later(self.body, now, dt, goal, self.held)
         if isinstance(found, PathEnd):
             raise _Ended(time, found, now)
         return found
@@ -200,8 +212,8 @@ class _Walk:
     def follow(self, first: _First, tell: Callable[[float], None]) -> _Walk:
         """Walk in the steps of the first level."""
         at = first.time[0]
-        for number, (time, load) in enumerate(zip(first.time, first.load, strict=True), 1):
-            moment = self.step(self.now, time - at, load, time)
+        for number, (time, goal) in enumerate(zip(first.time, first.goal, strict=True), 1):
+            moment = self.step(self.now, time - at, goal, time)
             self.keep(moment, moment.state.iterations)
             at = time
             tell(number / len(first.time))
@@ -211,15 +223,25 @@ class _Walk:
 class _First(_Walk):
     """The first level's walks: A in steps of time, B in two halves of each."""
 
-    def __init__(self, body: Bonded, held: Held, growth: float) -> None:
-        super().__init__(body, held)
+    def __init__(self, body: Bonded, sides: tuple[Held, Held], growth: float) -> None:
+        super().__init__(body, sides)
         self.growth, self.other = growth, begun(body)
         self.time: list[float] = []
-        self.load: list[Array] = []
-        self.given: list[bool] = []  # which times are the history's
-        self.gap: list[Array] = []  # error in time, (k,) each [thicknesses, rad]
-        self.next, self.size = np.inf, 1e-300  # step
+        self.goal: list[Array] = []
+        self.rows: list[bool] = []  # which times are the history's
+        self.gap: list[Array] = []  # error in time of what is found, (k,) each
+        self.next, self.size = np.inf, np.full(2, 1e-300)  # step, largest motion and load
         self.less = 1.0 if rough(body) else 3.0
+
+    def sizes(self, q: Array, load: Array) -> Array:
+        """Return the largest of some motions and of their loads, (2,), each at the target's end."""
+        lever = self.body.levers
+        return np.array([np.max(np.abs(part)) for part in (q * lever, load / lever)])
+
+    def unit(self, sizes: Array) -> Array:
+        """Return the units of what is found, (k,), by the largest motion and load."""
+        size, lever = np.maximum(sizes, 1e-300), self.body.levers
+        return np.asarray(np.where(self.given, size[1] * lever, size[0] / lever))
 
     def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], tell: Callable[[float], None]) -> None:
         """Walk with steps limited by the error in time, to some rows; before the first time there is no load."""
@@ -241,19 +263,19 @@ class _First(_Walk):
                 continue
             gone = there
             self.time.append(float(times[-1]) if count == 1 else begin + there)
-            self.load.append(last)
-            self.given.append(count == 1)
+            self.goal.append(last)
+            self.rows.append(count == 1)
             if count == 1:
                 return
 
     def _gone(self, time: float, dt: float, loads: tuple[Array, Array], shortest: float) -> bool:
         """Take a step if it adds little to the error in time; choose the next step from what it adds."""
-        weight, whole = self.body.levers, self.step(self.now, dt, loads[1], time)
+        whole = self.step(self.now, dt, loads[1], time)
         half = self.step(self.other, 0.5 * dt, loads[0], time) if dt > 0.0 else None
         twice = self.step(half or self.other, 0.5 * dt, loads[1], time)
-        gap = (twice.state.q - whole.state.q) / self.less
-        self.size = max(self.size, np.max(np.abs(twice.state.q * weight)))
-        added = float(np.max(np.abs((gap - (self.gap[-1] if self.gap else 0.0)) * weight))) / self.size
+        gap = (self.answer(twice.state) - self.answer(whole.state)) / self.less
+        self.size = np.maximum(self.size, self.sizes(twice.state.q, twice.state.load))
+        added = float(np.max(np.abs(gap - (self.gap[-1] if self.gap else 0.0)) / self.unit(self.size)))
         if dt > 0.0:
             change = _SAFE * (self.growth / max(added, 1e-300)) ** (1.0 / _ORDER)
             self.next = dt * float(np.clip(change, _SMALLER, _LARGER))

@@ -51,7 +51,7 @@ def test_the_load_that_is_solved_is_the_programmes(
     with pytest.raises(Noted):
         full_cycle(load_sensor("biorob2018"), Wrench(F_z=2.0), programme)
     assert asked[0].time[asked[0].corners] == pytest.approx(corners)
-    np.testing.assert_array_equal(asked[0].wrench[:, 1], 2.0 * programme.share)
+    np.testing.assert_array_equal(asked[0].course[:, 1], 2.0 * programme.share)
 
 
 @pytest.mark.slow

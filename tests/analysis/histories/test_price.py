@@ -18,8 +18,8 @@ PULSE = LoadHistory(TIMES, np.outer(np.sin(np.pi * TIMES), [0, 1, 0, 0, 0, 0]))
 def test_a_history_is_priced_by_the_times_that_are_solved() -> None:
     """Of a smooth pulse of 201 rows far fewer, no more than the history then takes, and more for a finer tolerance."""
     sensor, models = load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar"}
-    assert np.isclose(largest_load(PULSE).F_z, 1.0)
-    found = plan(sensor, [largest_load(PULSE)], tolerance=0.1, **models)
+    assert np.isclose(largest_load(sensor, PULSE).F_z, 1.0)
+    found = plan(sensor, [largest_load(sensor, PULSE)], tolerance=0.1, **models)
     price = history_price(sensor, PULSE, found, 0.1)
     data = in_time(sensor, PULSE, tolerance=0.1, **models)
     solved = data.sizes["time"] - int(np.sum(data["flags"].str.contains("interpolated")))

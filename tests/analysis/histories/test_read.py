@@ -4,21 +4,24 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.histories.read import read_history
-from sits_mech.scene.sensor import SceneError
+from sits_mech.scene.sensor import SceneError, load_sensor
 
 
-def written(tmp_path, text):
+def read(tmp_path, text):
     path = tmp_path / "history.csv"
     path.write_text(text, encoding="utf-8")
-    return path
+    return read_history(path, load_sensor("biorob2018"))
 
 
 def test_units_and_order_of_columns(tmp_path):
-    found = read_history(written(tmp_path, "# a finger\nF_z [mN];t [ms];M_x [N mm]\n0;0;0\n500;20;1\n"))
+    found = read(tmp_path, "# a finger\nF_z [mN];t [ms];M_x [N mm]\n0;0;0\n500;20;1\n")
     np.testing.assert_allclose(found.time, [0.0, 0.02])
-    np.testing.assert_allclose(found.wrench[1], [0.0, 0.5, 0.0, 0.0, 1e-3, 0.0])
-    found = read_history(written(tmp_path, '"t [s]";"F_z [N]"\n"0";"0"\n0,5;2,5\n'))
-    assert found.time.tolist() == [0.0, 0.5] and found.wrench[1, 1] == 2.5
+    np.testing.assert_allclose(found.course[1], [0.0, 0.5, 0.0, 0.0, 1e-3, 0.0])
+    found = read(tmp_path, '"t [s]";"F_z [N]"\n"0";"0"\n0,5;2,5\n')
+    assert found.time.tolist() == [0.0, 0.5] and found.course[1, 1] == 2.5
+    found = read(tmp_path, "t,d_v [mm],F_x [N],alpha [deg]\n0,2,0,0\n1,1.9,3,90\n")
+    np.testing.assert_allclose(found.course[1], [3.0, -1e-4, np.pi / 2, 0.0, 0.0, 0.0], rtol=1e-12)
+    assert found.held.tolist() == [False, True, True, False, False, False]
 
 
 @pytest.mark.parametrize(
@@ -37,9 +40,12 @@ def test_units_and_order_of_columns(tmp_path):
         ("t [s],F_z [N]\n0,0\n1,nan\n", "row 2 must hold 2 finite numbers"),
         ("t [s],F_z [N]\n0,0\n", "must hold 2 to 20000 rows of numbers; got 1"),
         ("t [s],F_z [m]\n0,0\n1,1\n", "column f_z"),
+        ("t [s],F_z [N],d_v [mm]\n0,0,2\n1,1,2\n", "must give one of F_z and d_v; got both$"),
+        ("t [s],d_v [N]\n0,0\n1,1\n", "column d_v"),
+        ("t [s],d_y [mm]\n0,0\n1,1\n", "must be t and some of .*; got 'd_y'"),
     ],
 )
 def test_a_fault_is_one_line(tmp_path, text, words):
     with pytest.raises(SceneError, match=words) as caught:
-        read_history(written(tmp_path, text))
+        read(tmp_path, text)
     assert "\n" not in str(caught.value)

@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from sits_mech.analysis.histories.interpolant import Interpolant
-from sits_mech.analysis.histories.response import in_time, taken_layer
+from sits_mech.analysis.histories.response import expected_loads, in_time, taken_layer
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import Wrench
-from sits_mech.scene.sensor import load_sensor
+from sits_mech.readout.loads import request_of
+from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.silicone.material import silicone_from
 
 MODELS = {"mechanics": "planar", "magnetics": "planar", "tolerance": 3e-2}
+PRESSED = np.arange(6) == 1  # d_v is given
 
 
 def soft(**more):
@@ -42,6 +44,36 @@ def test_long_after_the_last_load_it_shows_what_slow_load_does():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("mechanics", ["linear", "planar"])
+def test_a_held_press_relaxes(mechanics):
+    """With an error of the force and none of the place; at last by the force of slow load."""
+    own = soft(prony=[{"weight": 0.3, "time": 0.5}])
+    press = LoadHistory(
+        np.array([0.0, 1.0, 1.5, 30.0]), np.outer([0.0, -5e-5, -5e-5, -5e-5], [0, 1, 0, 0, 0, 0]), held=PRESSED
+    )
+    data = in_time(own, press, **MODELS | {"mechanics": mechanics})
+    force, error = (data[name].to_numpy()[data["given"].to_numpy()] for name in ("F_z", "error_F_z"))
+    G = 1.0 + 0.3 / 0.7 * 0.5 * (1.0 - np.exp(-2.0)) * np.array([1.0, np.exp(-1.0), 0.0])
+    np.testing.assert_allclose(force[1:] / force[-1], G, rtol=1e-2)  # K does not relax: silicone/history.py
+    slow = simulate(own, Wrench(F_z=float(force[-1])), **MODELS | {"mechanics": mechanics}).equilibrium.pose
+    assert slow.d_v - 2e-3 == pytest.approx(-5e-5, rel=3e-2) and np.all(error[1:] > 0.0)
+    assert not data["F_x"].to_numpy().any() and "error_F_x" not in data and not data["error_d_v"].to_numpy().any()
+    assert request_of(data)["held"] == ["d_v"]
+
+
+@pytest.mark.parametrize(
+    ("course", "held", "words"),
+    [
+        ([0, 2.1e-3, 0, 0, 0, 0], PRESSED, "must be within a thickness of rest, between 0 mm and 4 mm; got 4.1 mm$"),
+        ([0, 0, 0, 1e-4, 0, 0], np.arange(6) == 3, "places must be of d_h, d_v, alpha; got d_y$"),
+    ],
+)
+def test_places_that_no_target_takes_are_refused(course, held, words):
+    with pytest.raises(SceneError, match=words):
+        expected_loads(soft(), LoadHistory(np.array([0.0]), np.array([course]), held=held))
+
+
+@pytest.mark.slow
 def test_no_shear_by_symmetry():
     data = in_time(soft(prony=[{"weight": 0.3, "time": 0.5}]), loads([0.0, 1.0], (0.0, 0.0), (0.0, 1.0)), **MODELS)
     assert np.all(data["d_h"] == 0.0)
@@ -50,7 +82,7 @@ def test_no_shear_by_symmetry():
 
 def test_softening_takes_a_model_that_has_it():
     """Where a small load would do with a linear model."""
-    small = loads([0.0, 1.0], (0.0, 0.0), (0.0, 1e-3))
+    small = [Wrench(), Wrench(F_z=1e-3)]
     assert taken_layer(soft(), "auto", 0.1, small)[1].name == "linear"
     assert taken_layer(soft(mullins={"r": 2.0}), "auto", 0.1, small)[1].name == "block"
 

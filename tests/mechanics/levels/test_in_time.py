@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
-from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.histories import LoadHistory, undeformed
 from sits_mech.mechanics.layer import planar_layer
+from sits_mech.mechanics.levels import in_time
 from sits_mech.notes import NoteKind
-from sits_mech.quantities import SolveFailed, Wrench
+from sits_mech.quantities import POSE, WRENCH, SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
-from sits_mech.silicone.history import creep
+from sits_mech.silicone.history import creep, relaxation
 from sits_mech.silicone.material import silicone_from
 
 PRONY = [{"weight": 0.2, "time": 1.0}, {"weight": 0.1, "time": 10.0}]
@@ -23,10 +24,11 @@ def sensor(elastomer=None, **more):
 
 
 def history(time, **loads):
-    wrench = np.zeros((len(time), 6))
+    """Places are motions from rest."""
+    course, held = np.zeros((len(time), 6)), np.isin(POSE, [*loads])
     for name, values in loads.items():
-        wrench[:, ("F_x", "F_z", "M", "F_y", "M_x", "M_z").index(name)] = values
-    return LoadHistory(np.array(time, dtype=float), wrench)
+        course[:, (WRENCH if name in WRENCH else POSE).index(name)] = values
+    return LoadHistory(np.array(time, dtype=float), course, held=held)
 
 
 @pytest.mark.slow
@@ -49,6 +51,47 @@ def test_small_loads_creep_by_the_pads_own_law():
     slow = planar_layer(own, 1e-3).equilibrium(Wrench(F_x=1e-3))
     expected = creep(own.elastomer.silicone, times) * slow.pose.d_h
     np.testing.assert_allclose(found.pose.d_h[found.given], expected, rtol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", [planar_layer, block_pad])
+def test_the_force_that_holds_a_small_place_relaxes_by_the_prony_series(model):
+    """In shear exactly; to what slow load moves so far."""
+    own, times, place = sensor(prony=PRONY), np.array([0.0, 0.5, 2.0, 20.0, 400.0]), 2e-8
+    found = model(own, 1e-2).in_time(history(times, d_h=np.full(5, place)))
+    force = found.wrench[found.given][:, 0]
+    np.testing.assert_allclose(force / force[-1], relaxation(own.elastomer.silicone, times), rtol=3e-4)
+    slow, off = model(own, 1e-2).equilibrium(Wrench(F_x=force[-1])), found.error_wrench[-1, 0] / force[-1]
+    assert abs(slow.pose.d_h - place) <= slow.error.d_h + off * place
+    assert np.all(found.pose.d_h == place) and np.all(found.error.d_h == 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [("d_v",), ("d_h", "d_v")])
+def test_places_under_forces_are_held_by_these_forces(names):
+    """What a history of forces comes to, given as places: one of them, both."""
+    own, layer = sensor(prony=PRONY, mullins={"r": 2.0}), planar_layer(sensor(prony=PRONY, mullins={"r": 2.0}), 1e-2)
+    way = layer.in_time(history([0, 1, 2, 3, 5], F_z=[0, 1.5, 1.5, 0.5, 0.2], F_x=[0, 0, 0.4, 0.4, 0.4]))
+    moved, held = way.pose.components - undeformed(own), np.isin(POSE, names)
+    back = layer.in_time(LoadHistory(way.time, np.where(held, moved, way.wrench), held=held))
+    off, rows = np.abs(back.wrench[back.given] - way.wrench), np.max(np.abs(way.wrench), axis=0)
+    places = rows * np.max(way.error.components, axis=0) / np.maximum(np.max(np.abs(moved), axis=0), 1e-300)
+    assert np.all(off[:, held] <= (back.error_wrench[back.given] + 2.0 * places)[:, held])  # a pad stiffens
+    assert np.all(back.error_wrench[:, held] <= 1e-2 * rows[held].max())
+    assert np.all(back.wrench[back.given][:, ~held] == way.wrench[:, ~held]) and not back.error_wrench[:, ~held].any()
+
+
+@pytest.mark.slow
+def test_steps_in_time_leave_the_error_that_is_estimated(monkeypatch):
+    """A press at a given speed, then held: the force against one by steps an eighth as long, or less."""
+    layer, way = planar_layer(sensor(prony=PRONY), 1e-2), history([0.0, 0.5, 5.0], d_v=[0.0, -1e-4, -1e-4])
+    few = layer.in_time(way)
+    monkeypatch.setattr(in_time, "_GROWTH", in_time._GROWTH / 64.0)
+    many = layer.in_time(way)
+    assert many.time.size > 2 * few.time.size
+    off = np.max(np.abs(few.wrench[few.given] - many.wrench[many.given])) / np.max(many.wrench)
+    estimate = next(dict(note.numbers)["error"] for note in few.report.notes if note.kind is NoteKind.TIMES)
+    assert 0.3 * off <= estimate <= 3.0 * off
 
 
 @pytest.mark.slow
