@@ -152,7 +152,7 @@ def _recorded(study: Study, point: Row) -> StepCounts:
         }
         poses = {name: values.get(key, 0.0) for key, name in POSE_ARGUMENTS.items() if key in units}
         if not loads and not poses:  # of cells no record is there
-            return none
+            return StepCounts()
         given: Sequence[Wrench] | Sequence[Pose] = loads_of(loads) if loads else [Pose(**poses)]
         layer, field = (str(values.get(part, values.get("model", "auto"))) for part in ("mechanics", "magnetics"))
         tolerance = values.get("tolerance", 1e-2 if study.request.layer else 1e-3)
