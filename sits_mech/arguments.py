@@ -68,18 +68,16 @@ _KINDS: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "Progress": ("a function of two numbers", callable),
 }
 """Annotations, what an argument must be in words, and whether it is."""
-_ANNOTATED = {
-    f"{kind}{or_none}": (words, holds, bool(or_none))
-    for kind, (words, holds) in _KINDS.items() for or_none in ("", " | None")
-}
-"""The same, also where it may be None."""
 
 
 def checked_arguments(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Return a function that refuses arguments of another kind than its annotations say with a SceneError."""
     signature = inspect.signature(function)
-    found = ((name, _ANNOTATED.get(str(each.annotation))) for name, each in signature.parameters.items())
-    kinds = {name: kind for name, kind in found if kind is not None}
+    annotated = {name: str(each.annotation) for name, each in signature.parameters.items()}
+    kinds = {
+        name: (*_KINDS[kind], kind != text) for name, text in annotated.items()
+        if (kind := text.replace(" | None", "")) in _KINDS
+    }
 
     @wraps(function)
     def checked(*args: _P.args, **kwargs: _P.kwargs) -> _R:

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 import sits_mech as sm
-from sits_mech.arguments import _ANNOTATED
+from sits_mech.arguments import _KINDS
 
 FUNCTIONS = [name for name in sm.__all__ if inspect.isfunction(getattr(sm, name))]
 CASES = [
     (name, key) for name in FUNCTIONS for key, each in inspect.signature(getattr(sm, name)).parameters.items()
-    if str(each.annotation) in _ANNOTATED
+    if str(each.annotation).replace(" | None", "") in _KINDS
 ]
 
 

@@ -48,8 +48,8 @@ def scene_schema() -> Schema:
         "mesh_group": {"type": "string", "default": "target", "description": "Group of cells in that file."},
     }
     points, mesh = {"required": ["points"]}, {"required": ["mesh"]}
-    found["Target"]["allOf"].append(_if("shape", "outline", {"anyOf": [points, mesh]}))
-    found["Conductor"]["allOf"].append(_if("shape", "outline", points))
+    found["Target"]["allOf"].append(_if("outline", {"anyOf": [points, mesh]}))
+    found["Conductor"]["allOf"].append(_if("outline", points))
     centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
     said = {"description": "x, z or x, y, z of the plate's middle [m]."}
     found["Conductor"]["properties"]["centre"] = list_schema(centre, minItems=2, maxItems=3) | said
@@ -73,14 +73,14 @@ def list_schema(items: Schema, **more: Any) -> Schema:
     return {"type": "array", "items": items, **more}
 
 
-def _if(key: str, value: str, then: Schema) -> Schema:
-    """Return what holds where a key has a value."""
-    return {"if": {"properties": {key: {"const": value}}, "required": [key]}, "then": then}
+def _if(shape: str, then: Schema) -> Schema:
+    """Return what holds of a shape."""
+    return {"if": {"properties": {"shape": {"const": shape}}, "required": ["shape"]}, "then": then}
 
 
 def _shapes(needed: dict[str, tuple[str, ...]]) -> list[Schema]:
     """Return the sizes that each shape needs."""
-    return [_if("shape", shape, {"required": list(sizes)}) for shape, sizes in needed.items()]
+    return [_if(shape, {"required": list(sizes)}) for shape, sizes in needed.items()]
 
 
 def _coil_shapes() -> list[Schema]:
@@ -90,7 +90,7 @@ def _coil_shapes() -> list[Schema]:
     for shape, own in SHAPES.items():
         others = {key: False for key in every if key not in own.keys}
         turns = ["turns", "centre"] if "turns" in own.keys else []
-        found.append(_if("shape", shape, {"required": [*own.needed, *turns], "properties": others}))
+        found.append(_if(shape, {"required": [*own.needed, *turns], "properties": others}))
     absent = {"if": {"not": {"required": ["shape"]}}, "then": found[0]["then"]}
     return [*found, absent]
 
