@@ -76,7 +76,7 @@ def checked_arguments(function: Callable[_P, _R]) -> Callable[_P, _R]:
     annotated = {name: str(each.annotation) for name, each in signature.parameters.items()}
     kinds = {
         name: (*_KINDS[kind], kind != text) for name, text in annotated.items()
-        if (kind := text.removesuffix(" | None")) in _KINDS
+        if (kind := text.replace(" | None", "")) in _KINDS
     }
 
     @wraps(function)

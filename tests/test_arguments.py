@@ -11,7 +11,7 @@ from sits_mech.arguments import _KINDS
 FUNCTIONS = [name for name in sm.__all__ if inspect.isfunction(getattr(sm, name))]
 CASES = [
     (name, key) for name in FUNCTIONS for key, each in inspect.signature(getattr(sm, name)).parameters.items()
-    if str(each.annotation).removesuffix(" | None") in _KINDS
+    if str(each.annotation).replace(" | None", "") in _KINDS
 ]
 
 

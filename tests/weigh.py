@@ -25,8 +25,8 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 67_770, "core lines": 38_280, "tokens": 583_050, "named numbers": 691, "branching functions": 92,
-    "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 110, "entered in the plane": 117,
+    "lines": 67_730, "core lines": 38_265, "tokens": 582_700, "named numbers": 691, "branching functions": 89,
+    "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 109, "entered in the plane": 116,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
 _BRANCH = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension, ast.Assert, ast.match_case)

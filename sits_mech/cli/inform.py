@@ -97,7 +97,7 @@ def new(
     from rich.prompt import Prompt
 
     from sits_mech.inputs import checked
-    from sits_mech.scene.begun import Beginning, begun
+    from sits_mech.scene.begun import Beginning, first_scene
     from sits_mech.scene.files import write_text
     from sits_mech.scene.sensor import sensor_from
 
@@ -108,7 +108,7 @@ def new(
         asked = ((name, key) for name, key in Beginning.model_fields.items() if name not in options)
         own = {name: Prompt.ask(str(key.description), default=str(key.default)) for name, key in asked}
         found = checked(Beginning, options | own, "options")
-    text = begun(found)
+    text = first_scene(found)
     sensor_from(tomllib.loads(text), str(output))
     write_text(output, text)
     warn(f"written to {output}; next: sits-mech view {output} -o scene.png, sits-mech explain {output}")

@@ -36,7 +36,7 @@ from sits_mech.cli.options import (
     sensor_of,
     sensors_of,
 )
-from sits_mech.cli.timed import in_time
+from sits_mech.cli.timed import through_history
 from sits_mech.status import flags_of
 from sits_mech.units import SceneError, frequency_range, quantity
 
@@ -141,7 +141,7 @@ def simulate(
     if history is not None:
         if load != Load() or via or others or not best or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --no-best, --picture or temperatures")
-        return in_time(sensor, history, models, rcount, output, as_json, accept)
+        return through_history(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:

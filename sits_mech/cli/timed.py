@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from sits_mech.scene.sensor import Sensor
 
 
-def in_time(
+def through_history(
     sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
 ) -> int:
     """Follow a history of loads, and the converter through it."""
     from sits_mech.analysis.histories.read import read_history
-    from sits_mech.analysis.histories.response import in_time as followed
+    from sits_mech.analysis.histories.response import in_time
     from sits_mech.analysis.histories.scan import checked_count, with_codes
     from sits_mech.notes import unpacked_omissions
     from sits_mech.report.folder import prepare_folder
@@ -43,7 +43,7 @@ def in_time(
     loads, count = read_history(path, sensor), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
     with progress_bar("history [%]") as progress:
-        data = with_codes(sensor, followed(sensor, loads, **asdict(models), progress=progress), rcount=count)
+        data = with_codes(sensor, in_time(sensor, loads, **asdict(models), progress=progress), rcount=count)
     unsolved = unpacked_omissions(data.attrs["left_out"])
     answer(history_record(data, unsolved), [history_table(data), *left_out_tables(unsolved)], as_json)
     if folder is not None:

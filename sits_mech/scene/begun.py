@@ -52,7 +52,7 @@ class Beginning(BaseModel):
     converter: str = Field("LDC1614", description='Converter, or "none"')
 
 
-def begun(asked: Beginning) -> str:
+def first_scene(asked: Beginning) -> str:
     """Return the text of a scene, with comments; SceneError for a length that is none."""
     inner, track, gap = (quantity(getattr(asked, name), "m", name) for name in ("inner", "track", "gap"))
     radius = _RADII[asked.coils] * (inner + 2.0 * (asked.turns * (track + gap) - gap) + CLEAR)

@@ -69,7 +69,7 @@ class Borne(StudioQuestion):
 
         most = usual_loads(self.sensor.coils)
         share = borne_share(self.sensor, Wrench(**most), self.models[0])
-        return {name: ends_of(name, share * size) for name, size in most.items()}
+        return {name: ends_to(name, share * size) for name, size in most.items()}
 
 
 class TableQuestion(StudioQuestion):
@@ -142,7 +142,7 @@ class SearchQuestion(StudioQuestion):
         return design(self.asked, folder=self.folder, told=told)
 
 
-def ends_of(name: str, most: float) -> tuple[float, float]:
+def ends_to(name: str, most: float) -> tuple[float, float]:
     """Return the range of a force up to its largest: shear to both sides."""
     return 0.0 if name == "F_z" else -most, most
 
@@ -153,7 +153,7 @@ def ends_asked(asked: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     for name in filter(asked.get, WRENCH):
         with suppress(ValueError):
             text = asked[name]
-            low, high = map(float, text.split(":")) if ":" in text else ends_of(name, float(text))
+            low, high = map(float, text.split(":")) if ":" in text else ends_to(name, float(text))
             if -np.inf < low < high < np.inf:
                 found[name] = low, high
     return found

@@ -20,7 +20,7 @@ from sits_mech.studio.questions import (
     SlopesQuestion,
     StudioQuestion,
     TableQuestion,
-    ends_of,
+    ends_to,
     grid_of,
 )
 from sits_mech.studio.solver import Advance, SolverProcess
@@ -110,7 +110,7 @@ class Session:
     def bear(self, name: str, most: float) -> None:
         """Ask for another range of a component of the load [N, N m]; zero leaves it out, but for the last one."""
         if most > 0.0:
-            ends = self.ends | {name: ends_of(name, most)}
+            ends = self.ends | {name: ends_to(name, most)}
             self.ends = {each: ends[each] for each in WRENCH if each in ends}
         elif len(self.ends) > 1:
             self.ends.pop(name, None)

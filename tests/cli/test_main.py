@@ -391,6 +391,17 @@ def test_folder_that_cannot_be_written(capsys: Capture, tmp_path: Path) -> None:
     assert "must be a folder" in refused(capsys, "calibrate", "biorob2018", "-o", str(tmp_path / "file" / "below"))
 
 
+def test_a_solve_that_fails_is_answered_by_any_command(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    """By one that does not look for it as well."""
+    def failed(*_: object, **__: object) -> None:
+        raise SolveFailed("lost", SolveReport("block", 1, 1, 0.0, 1.0, 0.0, "load path ended"))
+
+    monkeypatch.setattr("sits_mech.analysis.envelope.envelope", failed)
+    assert run(["envelope", "biorob2018-w15", "--json"]) == 3
+    answer = capsys.readouterr()
+    assert json.loads(answer.out)["message"] == "lost" and "not converged (load path ended): lost" in answer.err
+
+
 @pytest.mark.slow
 def test_a_load_too_large(capsys: Capture) -> None:
     """Exit 3; the last state that converged is what is printed, and it is said not to be the answer."""

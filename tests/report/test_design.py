@@ -114,11 +114,11 @@ def test_the_page_stands_alone(folder: Path) -> None:
 def test_nothing_is_written_over_another(
     collisions: Callable[[Figure], list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the front and the limits; what hollow marks, dashes, dots and the star are stands above."""
+    """In the front, the landscape and the limits; what hollow marks, dashes, dots and the star are stands above."""
     asked = requirements_of(ASKED)
     monkeypatch.setattr(Solver, "answered", bent)
     drawn = {name: draw() for name, draw in design_pictures(asked, design(asked)).items()}
-    assert [collisions(drawn[name]) for name in ("front", "limits")] == [[], []]
+    assert [collisions(drawn[name]) for name in ("front", "landscape", "limits")] == [[], [], []]
     assert "hollow" in drawn["front"].get_suptitle() and "star: recommended" in drawn["landscape"].get_suptitle()
 
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from sits_mech.cli.main import run
-from sits_mech.scene.begun import CLEAR, Beginning, begun
+from sits_mech.scene.begun import CLEAR, Beginning, first_scene
 from sits_mech.scene.sensor import load_sensor, sensor_from
 
 
 @pytest.mark.parametrize("coils", [1, 2, 3, 4])
 def test_coils_stand_as_close_as_they_may(coils: int) -> None:
     """About the middle; every pair of neighbours at the clear distance, to the digits that are written."""
-    sensor = sensor_from(tomllib.loads(begun(Beginning(coils=coils, turns=10, track="0.15 mm"))))
+    sensor = sensor_from(tomllib.loads(first_scene(Beginning(coils=coils, turns=10, track="0.15 mm"))))
     centres = np.array([coil.centre for coil in sensor.coils])
     assert len(centres) == coils and np.allclose(centres.mean(axis=0), 0.0, atol=1e-7)
     apart = np.linalg.norm(centres[:, None] - centres, axis=-1)[~np.eye(coils, dtype=bool)]

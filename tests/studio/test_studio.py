@@ -14,7 +14,7 @@ import pytest
 
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.scene.sensor import changed, load_sensor
-from sits_mech.studio.questions import ends_of, grid_of
+from sits_mech.studio.questions import ends_to, grid_of
 from tests.conftest import CHROMIUM, Browser
 
 pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no browser: needs chromium (Debian: apt-get install chromium)")
@@ -87,7 +87,7 @@ def test_a_slider_is_previewed_then_solved(page: Browser) -> None:
         until(page, f"{CHIP} === 'solved'")
     thickness = 2.5e-3
     sensor = changed(load_sensor("biorob2018-w15"), [f"elastomer.thickness={thickness!r}"])
-    loads = {name: grid_of(*ends_of(name, value)) for name, value in zip(("F_x", "F_z"), most, strict=True)}
+    loads = {name: grid_of(*ends_to(name, value)) for name, value in zip(("F_x", "F_z"), most, strict=True)}
     data = calibrate(sensor, **loads, mechanics="linear", magnetics="planar", tolerance=0.05)
     value = float(data["L_v_percent"][3, 3])
     until(page, f'Math.abs(parseFloat({IN_FRAME}.getElementById("v-L_v_percent").textContent) - {value}) < 1e-3')
