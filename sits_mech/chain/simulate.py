@@ -202,14 +202,9 @@ def rest_flags(
     )
 
 
-def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "") -> list[Equilibrium]:
-    """Return equilibria whose errors hold what the mechanical model leaves out, a part that all of them share.
-
-    The model is the one called `name`, or that of the first report.
-    """
-    if not rests:
-        return []
-    left_out = mechanical_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests])
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str) -> list[Equilibrium]:
+    """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
+    left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests]) if rests else ()
     return [_with(sensor, rest, left_out) for rest in rests]
 
 
