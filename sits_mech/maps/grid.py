@@ -141,10 +141,7 @@ def likely_part(axes: Axes) -> list[tuple[float, ...]]:
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
         return list(itertools.product(*axes.values()))
-    chosen = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
-    for block in _blocks(levels, _FIRST + 1):
-        chosen[np.ix_(*_places(levels, block))] = True
-    return _points(axes, chosen)
+    return _points(axes, _unsolved(axes, levels, None, _blocks(levels, _FIRST + 1)))
 
 
 def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) -> Array:
