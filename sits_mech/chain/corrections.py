@@ -31,7 +31,7 @@ Oden, Comput. Methods Appl. Mech. Eng. 142 (1997) 1, section 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -60,9 +60,9 @@ def corrected_loads(
     rests = list(good.values())
     poses, errors, added = _numbers(rests)
     way = (poses - at_rest) * levers
-    size, owned = (np.max(np.abs(own), axis=1, initial=0.0) for own in (way, errors * levers))
+    size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
-    open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and owned[k] > 0.0]
+    open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and errors[k].any()]
     chosen, wanted = _telling(way, open_to)
     told: dict[int, Equilibrium] = {}
     for k in chosen[: 2 * wanted]:
@@ -74,21 +74,24 @@ def corrected_loads(
     if not told:
         return dict(settled)
     finer_poses, finer_errors, _ = _numbers(list(told.values()))
-    D, E, a = finer_poses - poses[list(told)], errors[list(told)], added[list(told)]
-    seen = np.abs(way[list(told)]) > _TENTH * np.abs(way).max(axis=0)
-    alike = _nearness(way, list(told))[..., None] * (E > 0.0) * (seen | ~seen.any(axis=0))  # (n, m, 6)
+    own = list(told)
+    D, E, a = finer_poses - poses[own], errors[own], added[own]
+    seen = np.abs(way[own]) > _TENTH * np.abs(way).max(axis=0)
+    alike = _nearness(way, own)[..., None] * (E > 0.0) * (seen | ~seen.any(axis=0))  # (n, m, 6)
     share = np.sum(alike * D * a, axis=1) / np.maximum(np.sum(alike * E**2, axis=1), 1e-300)
     left = np.abs(D - share[:, None] * a) + _LEFT * finer_errors
     each = left / np.maximum(E, 1e-300) * (E > 0.0)
-    each = np.maximum(each, np.minimum(1.0, each * _beyond_compared(errors, way, list(told))))
+    each = np.maximum(each, np.minimum(1.0, each * _beyond_compared(errors, way, own)))
     ratio = np.sum(alike * each, axis=1) / np.maximum(np.sum(alike, axis=1), 1e-300)
     ratio = np.where(np.any(E > 0.0, axis=0), ratio, np.max(ratio, axis=1, keepdims=True))
-    above = _stretch_share([(rest, rests[k]) for k, rest in told.items()])
+    strain = _beyond(rests)
+    there = strain[own]
+    above = min(1.0, float(np.max(np.divide(_beyond(told.values()), there, out=there * 0.0 + 1.0, where=there > 0.0))))
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
         load: replace(settled[load], rest=replace(
             rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k]), shared=np.diag(parts[k]),
-            report=replace(rest.report, stretch=1.0 + above * _beyond(rest)),
+            report=replace(rest.report, stretch=float(1.0 + above * strain[k])),
         ))
         for k, (load, rest) in enumerate(good.items())
     }
@@ -115,16 +118,9 @@ def _beyond_compared(errors: Array, way: Array, told: list[int]) -> Array:
     return np.asarray(np.maximum(1.0, proportion) * np.maximum(1.0, along) ** 2)
 
 
-def _stretch_share(pairs: list[tuple[Equilibrium, Equilibrium]]) -> float:
-    """Return the largest share of the stretch beyond 1 that finer meshes show of loads, at most 1; 1 if unknown."""
-    beyond = [(_beyond(finer), _beyond(first)) for finer, first in pairs]
-    share = max((finer / first for finer, first in beyond if first > 0.0), default=1.0)
-    return min(1.0, share) if np.isfinite(share) else 1.0
-
-
-def _beyond(rest: Equilibrium) -> float:
-    """Return the stretch of a layer at rest less 1, NaN where it is not known."""
-    return np.nan if rest.report.stretch is None else rest.report.stretch - 1.0
+def _beyond(rests: Iterable[Equilibrium]) -> Array:
+    """Return the stretches of layers at rest less 1, NaN where they are not known."""
+    return np.array([rest.report.stretch for rest in rests], dtype=float) - 1.0
 
 
 def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:

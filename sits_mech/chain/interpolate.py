@@ -112,7 +112,7 @@ def poses_on_grid(
     part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
     drawn = whole if part is None else _between(part, whole, grid, sizes)
-    if refined is not None and first is not layer:
+    if refined is not None:
         finer = _finer(grid, refined, whole, drawn, goal_of(whole.values()))
         drawn = finer if part is None or finer is drawn else _between(part, finer, grid, sizes)
     if part is not None:
@@ -135,32 +135,18 @@ def _finer(
         own = (grid.keep[0], grid.keep[1] if grid.few else f"{grid.keep[1]} {share:.3g} {deepest}")
         return allowed_by_symmetry(settled_again(model, rough, load, own), grid.symmetry, load)
 
-    if grid.few:
-        return _each(layer.rough, rough, again, grid.symmetry)
-
-    def compared(deepest: int) -> dict[Wrench, Settled]:
-        """Correct all loads by some of them on so many meshes."""
-        way = levers(grid.sensor), unloaded_pose(grid.sensor).components
-        return corrected_loads(rough, partial(again, deepest=deepest), *way)
-
-    found = compared(99 if grid.tolerance < MANY_ON_THREE else 3)
-    left = worst(found.values(), goal)
-    return compared(4) if wanted < left <= wanted / FOURTH and grid.tolerance >= MANY_ON_THREE else found
-
-
-def _each(
-    layer: MechanicalModel, settled: Mapping[Wrench, Settled], again: Callable[[Wrench], Settled], symmetry: Symmetry
-) -> dict[Wrench, Settled]:
-    """Solve loads again on finer meshes, and take their images from these.
-
-    Derivatives of poses stay those of the first meshes.
-    """
-    known = {load: one for load, one in settled.items() if symmetry.standard(load)[0] == load}
-    for load, one in list(known.items()):
-        finer = again(load) if one.rest else one
-        if one.rest and finer.rest:
-            known[load] = replace(finer, rest=replace(finer.rest, slopes=one.rest.slopes))
-    return settle(layer, settled, symmetry=symmetry, known=known)
+    if grid.few:  # derivatives of poses stay those of the first meshes
+        known = {load: one for load, one in rough.items() if grid.symmetry.standard(load)[0] == load}
+        for load, one in known.items():
+            if one.rest and (finer := again(load)).rest:
+                known[load] = replace(finer, rest=replace(finer.rest, slopes=one.rest.slopes))
+        return settle(layer.rough, rough, symmetry=grid.symmetry, known=known)
+    found, way = rough, (levers(grid.sensor), unloaded_pose(grid.sensor).components)
+    for deepest in (99,) if grid.tolerance < MANY_ON_THREE else (3, 4):
+        found = corrected_loads(rough, partial(again, deepest=deepest), *way)
+        if not wanted < worst(found.values(), goal) <= wanted / FOURTH:
+            break
+    return found
 
 
 def worst(settled: Iterable[Settled], goal: Goal | None) -> float:

@@ -162,12 +162,12 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     if count > 1:
         left = zip(shares, (_OF_ALL, FOURTH * _OF_ALL), strict=False)
         ways = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
-        ways = ways[: 1 if tolerance >= MANY_ON_THREE and ways[-1][-1] > tolerance else None]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]
     else:
         ways = [(count, times, share * error) for times, share in shares]
-    return next((way for way in ways if way[-1] <= tolerance), ways[-1])
+    last = ways[0 if count > 1 and tolerance >= MANY_ON_THREE else -1]
+    return next((way for way in ways if way[-1] <= tolerance), last)
 
 
 def _known(report: SolveReport) -> tuple[Note, ...]:

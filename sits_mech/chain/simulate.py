@@ -202,14 +202,9 @@ def rest_flags(
     )
 
 
-def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str = "") -> list[Equilibrium]:
-    """Return equilibria whose errors hold what the mechanical model leaves out, a part that all of them share.
-
-    The model is the one called `name`, or that of the first report.
-    """
-    if not rests:
-        return []
-    left_out = mechanical_omissions(sensor, name or rests[0].report.model, [rest.wrench for rest in rests])
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str) -> list[Equilibrium]:
+    """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
+    left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests]) if rests else ()
     of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
     return [_with(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]

@@ -81,7 +81,7 @@ def solve_part(
         return None
     sizes: dict[Block, Array] = {}
     new = _blocks(levels, _FIRST)
-    found = _solved(solve, axes, levels, None, new)
+    found = _filled(solve, axes, None, _unsolved(axes, levels, None, new))
     while found is not None:
         sizes |= {block: _size(found, axes, levels, block) for block in new}
         known = found[~np.isnan(found[..., 0])]
@@ -100,7 +100,7 @@ def solve_part(
             open_ = _undecided(part, interpolated(part, found), limit, wanted)
             if np.count_nonzero(open_) <= np.count_nonzero(_unsolved(axes, levels, found, new)):
                 return _decided(solve, part, limit, wanted)
-        found = _solved(solve, axes, levels, found, new)
+        found = _filled(solve, axes, found, _unsolved(axes, levels, found, new))
     return None
 
 
@@ -141,10 +141,7 @@ def likely_part(axes: Axes) -> list[tuple[float, ...]]:
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
         return list(itertools.product(*axes.values()))
-    chosen = np.zeros(tuple(len(values) for values in axes.values()), dtype=bool)
-    for block in _blocks(levels, _FIRST + 1):
-        chosen[np.ix_(*_places(levels, block))] = True
-    return _points(axes, chosen)
+    return _points(axes, _unsolved(axes, levels, None, _blocks(levels, _FIRST + 1)))
 
 
 def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) -> Array:
@@ -158,14 +155,6 @@ def interpolated(part: SolvedPart, values: ArrayLike, *, degree: int = _DEGREE) 
         if share:
             found += share * _tensor(np.asarray(values), part.axes, _places(levels, block), whole, degree)
     return found
-
-
-def _solved(
-    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, levels: Levels, found: Array | None,
-    blocks: Sequence[Block],
-) -> Array | None:
-    """Return the outputs (*sizes, n) with more blocks solved; None where a point fails."""
-    return _filled(solve, axes, found, _unsolved(axes, levels, found, blocks))
 
 
 def _unsolved(axes: Axes, levels: Levels, found: Array | None, blocks: Sequence[Block]) -> Mask:

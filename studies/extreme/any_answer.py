@@ -26,7 +26,7 @@ from extreme.any_scene import Case, random_case
 from extreme.rows import DONE, Row
 
 from sits_mech.chain.models import magnetic_model, mechanical_model
-from sits_mech.chain.simulate import at_rest, simulate, with_omissions
+from sits_mech.chain.simulate import at_rest, mechanical_omissions, simulate
 from sits_mech.geometry.collision import Collision
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Equilibrium, Impedance, Pose, SolveFailed
@@ -99,8 +99,9 @@ def solved(case: Case, tolerance: float) -> Found:
         field, _ = magnetic_model(case.sensor, case.model, tolerance, [case.given])
         return None, field.impedance(case.given, case.sensor.frequency)
     if case.kind == "pose":
-        layer, _ = mechanical_model(case.sensor, case.model, tolerance, [case.given])
-        return with_omissions(case.sensor, [at_rest(case.sensor, layer, case.given, ())])[0], None
+        layer, choice = mechanical_model(case.sensor, case.model, tolerance, [case.given])
+        left_out = mechanical_omissions(case.sensor, choice.name, [case.given])
+        return at_rest(case.sensor, layer, case.given, left_out), None
     shown = simulate(case.sensor, case.given, tolerance=tolerance)
     return shown.equilibrium, shown.impedance
 

@@ -124,7 +124,7 @@ def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
     sensor = load_sensor("biorob2018-w15", [POINT])
     layer, choice = mechanical_model(sensor, "linear", 1e-2)
     rest = layer.equilibrium(Wrench(F_z=0.1))
-    (found,) = with_omissions(sensor, [rest])
+    (found,) = with_omissions(sensor, [rest], "linear")
     (item,) = (each for each in found.report.left_out if each.kind == OmissionKind.BENDING)
     sink = 2e-3 - rest.pose.d_v
     assert choice.name == "linear" and found.error.d_v - rest.error.d_v == pytest.approx(item.size * sink, rel=1e-9)

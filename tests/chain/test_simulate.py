@@ -349,7 +349,7 @@ def test_what_the_mechanics_leave_out_is_a_shared_part_of_the_poses_error(
     """Errors grow by it, with the displacement from rest; of the difference of two loads it is that of theirs."""
     put(monkeypatch, "MECHANICS", Spring(2e-3), item)
     before = [rest(1.0, 2.0), rest(1.0, 2.5)]
-    after = with_omissions(sensor, before)
+    after = with_omissions(sensor, before, before[0].report.model)
     for old, new in zip(before, after, strict=True):
         moved = new.pose.components - [0.0, 2e-3, 0.0, 0.0, 0.0, 0.0]
         own = np.array([*shares, 0.0, 0.0, 0.0])
@@ -375,7 +375,7 @@ def test_what_has_no_size_or_does_not_count_is_in_no_error(
 ) -> None:
     """What the model's own error holds is listed, and not added again."""
     put(monkeypatch, "MECHANICS", Spring(2e-3), item)
-    (found,) = with_omissions(sensor, [rest(1.0, 2.0)])
+    (found,) = with_omissions(sensor, [rest(1.0, 2.0)], rest(1.0, 2.0).report.model)
     assert (found.report.left_out == (item,)) == listed
     grown = found.error.d_v > rest(1.0, 2.0).error.d_v
     assert grown == (flags == ("above tolerance",)) and rest_flags(sensor, found, 1e-2) == flags
@@ -383,8 +383,8 @@ def test_what_has_no_size_or_does_not_count_is_in_no_error(
 
 def test_a_model_without_a_description_leaves_nothing_out(sensor: Sensor) -> None:
     found = rest(1.0, 2.0, "spring")
-    assert with_omissions(sensor, [found])[0] is found
-    assert with_omissions(sensor, []) == []
+    assert with_omissions(sensor, [found], "spring")[0] is found
+    assert with_omissions(sensor, [], "spring") == []
 
 
 class Named(Spring):

@@ -76,7 +76,7 @@ def test_a_smooth_function_is_solved_at_a_part_of_its_points(
 def test_on_solved_lines_the_error_is_of_what_is_left_along_them() -> None:
     """At no solved point there is one, at each other one it holds the truth, and most of them are far less."""
     axes = box(17, 17)
-    found = solved(lambda points: np.exp(points @ [1.5, 0.4])[..., None], axes, 3e-3)
+    found = solved(lambda points: np.exp(points @ [1.5, 0.4])[..., None], axes)
     assert found is not None
     off = np.abs(interpolated(found, found.values) - np.exp(points_of(axes) @ [1.5, 0.4])[..., None])
     known = ~np.isnan(found.values)

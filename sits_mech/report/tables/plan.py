@@ -6,11 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import chain
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from sits_mech.analysis.histories.price import HistoryPrice
 from sits_mech.analysis.ladder import LadderPoint, LadderStep
 from sits_mech.chain.models import Candidate, Choice, Why
 from sits_mech.chain.plan import Plan, PlannedHalf
@@ -22,6 +21,9 @@ from sits_mech.report.left_out import RELATIVE, entry, reason, size_text
 from sits_mech.report.notes import sentences
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.scene.sensor import Sensor
+
+if TYPE_CHECKING:
+    from sits_mech.analysis.histories.price import HistoryPrice
 
 
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
