@@ -22,7 +22,7 @@ from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 _BEYOND = 0.4  # growth of cells per length beyond the reach
 _FAR, _FAR_RIM = 5.0, 0.5  # more of it far off, and that of cells at a rim there: `test_models`, discs of 60 mm
 _SMALLEST, _SAMPLES = 1e-3, 2000  # of the integral of their density
-_SECTORS = 4, 16  # of a disc, at least and at most, times the parts
+_SECTORS = 8, 16  # of a disc, at least and at most, times the parts
 
 
 @dataclass(frozen=True)

@@ -97,8 +97,10 @@ class AxisymmetricFem:
         self, pose: Pose, frequency: float, tracks: Tracks | None = None
     ) -> tuple[Impedance, Complex | None]:
         """Return `impedance`, and what the discs' field does in the tracks, (2, p, 1, 1); None without either."""
-        alone, react = partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
-        return answer(_KIND, self.sensor, pose, frequency, alone, react)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
+        )
 
     def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
         """Return the discs' reaction on the coil, and that in the tracks."""

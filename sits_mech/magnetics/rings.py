@@ -68,8 +68,10 @@ class Axisymmetric:
 
         None without a disc, or tracks.
         """
-        alone, react = partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
-        return answer(_KIND, self.sensor, pose, frequency, alone, react)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            partial(coils_alone, self.sensor.coils), partial(self._reaction, tracks=tracks)
+        )
 
     def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
         """Return the disc's reaction on the coil, and that in the tracks, blended over what serves each gap."""
@@ -87,7 +89,7 @@ class Axisymmetric:
                 B = discs[0].field(d_v[some], 2 * np.pi * frequency)
                 found[2:, some] += share[:, None, None] * tracks.around(clear, B, clear)
             rings, levels = max(rings, discs[-1].rings), max(levels, len(discs))
-        change, error, uneven = found[0], found[1], None if tracks is None else found[2:]
+        (change, error), uneven = found[:2], None if tracks is None else found[2:]
         worst = float((error.imag / np.abs(change.imag)).max())
         spiral = (Note(NoteKind.SPIRALS_AS_RINGS),) * (self.sensor.coils[0].winding == "spiral")
         notes = (Note.of(NoteKind.RINGS, rings=rings, levels=levels), *spiral)

@@ -67,23 +67,18 @@ _RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in
 class _Change:
     """What plates do to the coils."""
 
-    value: Complex  # (p, n, n) Delta Z [ohm]
-    error: Complex  # (p, n, n) its error, real and imaginary part apart [ohm]
-    shared: Complex  # (2, p, n, n) signed parts that poses share: extrapolation's step, polynomials' miss
-    tracks: Complex  # (2, p, n, n) in the tracks, where that is asked for, and its error [ohm]
+    parts: Complex
+    """Delta Z, its error, real and imaginary part apart, two signed parts that poses share: extrapolation's step and
+    polynomials' miss, what is in the tracks, where that is asked for, and its error, (6, p, n, n) [ohm]."""
     unknowns: int
     notes: tuple[Note, ...] = ()
 
     def with_share(self, other: _Change, some: Integers, share: Array) -> _Change:
         """Return it with what others find for some of the poses, of which these have a share."""
-        weight = share[:, None, None]
-        value, error, shared, tracks = (each.copy() for each in (self.value, self.error, self.shared, self.tracks))
-        value[some] += weight * other.value
-        error[some] += weight * other.error
-        shared[:, some] += weight * other.shared
-        tracks[:, some] += weight * other.tracks
+        parts = self.parts.copy()
+        parts[:, some] += share[:, None, None] * other.parts
         notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
-        return _Change(value, error, shared, tracks, max(self.unknowns, other.unknowns), notes)
+        return _Change(parts, max(self.unknowns, other.unknowns), notes)
 
 
 @dataclass(frozen=True)
@@ -117,28 +112,28 @@ class Sheets:
 
         Of the first division, each plate by the coils alone; None where a plate is permeable, or without tracks.
         """
-        alone, react = partial(coils_alone, self.sensor.coils, self.windings), partial(self._reaction, tracks=tracks)
-        return answer(_KIND, self.sensor, pose, frequency, alone, react)
+        return answer(
+            _KIND, self.sensor, pose, frequency,
+            partial(coils_alone, self.sensor.coils, self.windings), partial(self._reaction, tracks=tracks)
+        )
 
     def _reaction(self, pose: Pose, frequency: float, tracks: Tracks | None = None) -> Reaction:
         """Return the plates' reaction, and that in the tracks, blended over what serves each pose."""
         parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
-        shape = len(parts[0].gap), len(self.sensor.coils), len(self.sensor.coils)
-        none = np.zeros((2, *shape), dtype=complex)
+        n = len(self.sensor.coils)
         if any(part.susceptibility != 0.0 for part in parts):
             tracks = None
-        found = _Change(none[0], none[1], none, none, 0)
+        found = _Change(np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0)
         gaps, lowest = self._gaps(parts)
         for (*clear, room), top, some, share in serving(gaps, frequency, lowest=lowest):
             one = self._change([part.among(some) for part in parts], clear, room, (frequency, top), tracks)
             found = found.with_share(one, some, share)
-        scale = largest(found.value.imag)
-        relative = float(np.max(found.error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
+        value, error = found.parts[:2]
+        scale = largest(value.imag)
+        relative = float(np.max(error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
-        uneven = None if tracks is None else found.tracks
-        return Reaction(
-            found.value, found.error, relative, found.unknowns, 1, notes=notes, shared=found.shared, tracks=uneven
-        )
+        uneven = None if tracks is None else found.parts[4:]
+        return Reaction(value, error, relative, found.unknowns, 1, notes=notes, shared=found.parts[2:4], tracks=uneven)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
         """Return plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""
@@ -229,8 +224,8 @@ class Sheets:
         forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
         error, lost = _errors(value, left, plates, forced * bool(large), bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
-        uneven = np.zeros((2, *value.shape), dtype=complex) if uneven is None else uneven
-        return _Change(value, error, np.stack([left, lost * value]), uneven, unknowns, tuple(notes))
+        in_tracks = 2 * [0.0 * value] if uneven is None else uneven
+        return _Change(np.stack([value, error, left, lost * value, *in_tracks]), unknowns, tuple(notes))
 
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float

@@ -50,7 +50,7 @@ from sits_mech.scene.sensor import Coil
 
 STEP = 0.04
 """Of tables, in distances to the windings."""
-_RIGHT = 3e-4  # error of a track's field by filaments, of its size: no more than plates' divisions show of L
+_RIGHT = 5e-5  # error of a track's field by filaments, of its size; by 3e-4 all cells have L and R 1.6e-4 off
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
 _POINT = 9e-8  # s of processor time that a filament of a ring takes at a point
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one

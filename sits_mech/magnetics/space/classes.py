@@ -99,8 +99,7 @@ def kernel(plan: CellPlan, levels: Array, prisms: Prisms) -> Array:
     n, g, (points, symmetric) = prisms.low.size, len(plan.group), _way(plan)
     found = prism_means(prisms, _images(plan, prisms), points=points, symmetric=symmetric)
     found = found.reshape(n, -1, 2, n).transpose(1, 2, 0, 3)
-    turns = np.arange(g)
-    return np.ascontiguousarray(found[np.minimum(turns, g - turns) if symmetric else turns])
+    return np.ascontiguousarray(found[[min(k, g - k) if symmetric else k for k in range(g)]])
 
 
 def kernel_seconds(plan: CellPlan, levels: Array) -> float:

@@ -103,25 +103,26 @@ def _near(count: int, first: Prisms, second: Prisms, index: tuple[Integers, Inte
     Sheets of two cells share their W, each at its distance.
     """
     i, j = index
-    (one, own), (two, other) = (_places(each.corners.reshape(-1, 8)) for each in (first, second))
-    ends = [_places(np.stack([each.low, each.high]), None) for each in (first, second)]
-    heights, table = _places(np.abs(ends[0][0][:, None] - ends[1][0]), None)
-    height = table[ends[0][1][:, None, i], ends[1][1][None, :, j]]
-    keys, place = _places((own[i] * len(two) + other[j]) * heights.size + height, None)
+    (one, own), (two, other) = (_places(each.corners.reshape(-1, 8), 0) for each in (first, second))
+    (z, face), (level, opposite) = (_places(np.stack([each.low, each.high])) for each in (first, second))
+    heights, table = _places(np.abs(z[:, None] - level))
+    height = table[face[:, None, i], opposite[:, j]]
+    keys, place = _places((own[i] * len(two) + other[j]) * heights.size + height)
     (pair, h), W = np.divmod(keys, heights.size), np.empty(keys.size)
     for k in range(0, keys.size, _BLOCK):
         block = slice(k, k + _BLOCK)
         a, b = (each.reshape(-1, 4, 2) for each in (one[pair[block] // len(two)], two[pair[block] % len(two)]))
-        swap = (signed_area(a) > signed_area(b))[:, None, None]
+        size = signed_area(a), signed_area(b)
+        swap = (size[0] > size[1])[:, None, None]
         outer, inner = np.where(swap, b, a), np.where(swap, a, b)
-        points, weights = gauss_points(Prisms(outer, h[block] * 0.0, h[block] * 0.0), count, through=1)
+        points, weights = gauss_points(Prisms(outer, 0.0 * size[0], 0.0 * size[0]), count, through=1)
         each = [base_potential(point, inner, heights[h[block]]) for point in np.moveaxis(points[..., :2], 1, 0)]
-        W[block] = np.einsum("kn,nk->n", each, weights) / np.maximum(signed_area(a), signed_area(b))
+        W[block] = np.einsum("kn,nk->n", each, weights) / np.maximum(*size)
     through = (first.high - first.low)[i] * (second.high - second.low)[j]
     return np.asarray(np.einsum("ab,abn->n", [[-1.0, 1.0], [1.0, -1.0]], W[place]) / through)
 
 
-def _places(values: Any, axis: int | None = 0) -> tuple[Any, Integers]:
+def _places(values: Any, axis: int | None = None) -> tuple[Any, Integers]:
     """Return what is different in an array, and which of it stands where."""
     found, place = np.unique(values, axis=axis, return_inverse=True)
     return found, place.reshape(values.shape[: None if axis is None else 1])
@@ -132,12 +133,13 @@ def _middle(first: Prisms, second: Prisms, index: tuple[Integers, Integers]) -> 
     (p, u), (q, v) = (gauss_points(prisms, 3, through=1) for prisms in (first, second))
     tall, total = [(prisms.high - prisms.low) ** 2 / 24.0 for prisms in (first, second)], np.empty(len(index[0]))
     for k in range(0, total.size, _BLOCK // 8):
-        i, j = (each[k : k + _BLOCK // 8] for each in index)
+        some = slice(k, k + _BLOCK // 8)
+        i, j = index[0][some], index[1][some]
         x, y, z = (p[i, :, None, c] - q[j, None, :, c] for c in range(3))
         square = 1.0 / (x * x + y * y + z * z)
         moment = (tall[0][i] + tall[1][j])[:, None, None]
         each = np.sqrt(square) * (1.0 + moment * square * (3.0 * z * z * square - 1.0))
-        total[k : k + _BLOCK // 8] = ((u[i, None] @ each)[:, 0] * v[j]).sum(axis=1)
+        total[some] = ((u[i, None] @ each)[:, 0] * v[j]).sum(axis=1)
     return total
 
 
@@ -149,11 +151,13 @@ def base_potential(point: Array, corners: Array, h: Array) -> Array:
     length = np.hypot(side[..., 0], side[..., 1])
     t = side / np.where(length > 0.0, length, 1.0)[..., None]
     d = a[..., 0] * t[..., 1] - a[..., 1] * t[..., 0]
-    sa, sb = (end[..., 0] * t[..., 0] + end[..., 1] * t[..., 1] for end in (a, b))
+    sa = a[..., 0] * t[..., 0] + a[..., 1] * t[..., 1]
+    sb = sa + length
     square, flat = np.maximum(a[..., 0] ** 2 + a[..., 1] ** 2, np.finfo(float).tiny), d * d
     ra = np.sqrt(square + h * h)
     rise = np.log((h + ra) / np.sqrt(square))
-    rb, total = np.roll(ra, -1, axis=1), ra + np.roll(ra, -1, axis=1)
+    rb = np.roll(ra, -1, axis=1)
+    total = ra + rb
     log = np.log((total + length) / np.maximum(total - length, _ROUNDING * total))
     turn = np.arctan2(h * np.abs(d) * (sb * ra - sa * rb), flat * ra * rb + h * h * sa * sb)
     plane = np.arctan2(length * np.abs(d), flat + sa * sb)
