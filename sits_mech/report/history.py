@@ -115,9 +115,7 @@ def history_curves(data: xr.Dataset) -> Figure:
     rows = 2 + len(names) + ("code" in data)
     with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):
-            value, error = (np.asarray(part) for part in (data[name], data.get(f"error_{name}", 0.0 * data[name])))
-            axes[0].fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
-            axes[0].plot(time, value, **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
+            axes[0].plot(time, data[name], **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
         axes[0].set_ylabel("load")
         axes[0].legend()
         for name, stroke in zip(places, strokes(len(places)), strict=True):
