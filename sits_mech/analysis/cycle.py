@@ -103,8 +103,7 @@ def load_cycle(
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     data = data.assign_attrs(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
-        request=json.dumps(request),
-        frequency=sensor.frequency, **reading.impedance.convention, **marks,
+        request=json.dumps(request), frequency=sensor.frequency, **reading.impedance.convention, **marks,
         **{key: item for name in shown_signals(data) for key, item in loop_widths(data, name).items()},
     )
     return labelled(data)

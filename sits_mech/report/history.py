@@ -78,7 +78,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},
-        "error_wrench": {name: own[f"error_{name}"].to_numpy() for name in WRENCH if f"error_{name}" in own},
+        **{name: own[name].to_numpy() for name in map("error_{}".format, WRENCH) if name in own},
         "error": {name: own[f"error_{name}"].to_numpy() for name in POSE},
         "signals": {item: own[item].to_numpy() for name in shown_signals(data) for item in (name, f"error_{name}")},
         "L": coils,

@@ -99,8 +99,7 @@ def in_time(
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         **provenance(sensor), request=json.dumps(request), notes=packed(notes), frequency=sensor.frequency,
-        **found.convention, left_out=packed_omissions(left_out),
-        report=kept_report(motion.report),
+        **found.convention, left_out=packed_omissions(left_out), report=kept_report(motion.report),
     )
     return labelled(data)
 
@@ -133,8 +132,8 @@ class _Asked:
         check_clearance(sensor, motion.pose)
         aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
         pose, error = motion.pose.components, motion.error.components
-        reading = read_poses(sensor, field if aim is None else aim.field,
-                             _bounded(sensor, self.left_out, pose, error, divided.held))
+        bounded = _bounded(sensor, self.left_out, pose, error, divided.held)
+        reading = read_poses(sensor, field if aim is None else aim.field, bounded)
         found, goal = reading.impedance, None if aim is None else aim.goal
         values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
         values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
