@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
@@ -187,8 +187,6 @@ def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask
         between += more.tolist()
         before += (row + 1 + np.searchsorted(history.time[row + 1 :], more)).tolist()
     course = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.course.T]
-    found = replace(
-        history, time=np.insert(history.time, before, between), course=np.stack(course, axis=1),
-        solved=np.insert(history.solved, before, True),
-    )
+    solved = np.insert(history.solved, before, True)
+    found = LoadHistory(np.insert(history.time, before, between), np.stack(course, axis=1), solved)
     return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)

@@ -41,8 +41,8 @@ def loop_table(data: xr.Dataset) -> Table:
 def loop_record(data: xr.Dataset) -> dict[str, Any]:
     """Return the loops for a program, with the request and the ends of pose and signals."""
     ends = ends_of(data, (*POSE, *shown_signals(data)))
-    kinds = [(kind, name) for kind in ("loop", "error_loop") for name in shown_signals(data)]
-    loops = {f"{kind}_{name}": data.attrs[f"{kind}_{name}"] for kind, name in kinds}
+    keys = (f"{kind}_{name}" for kind in ("loop", "error_loop") for name in shown_signals(data))
+    loops = {key: data.attrs[key] for key in keys}
     own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
     return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops
 
