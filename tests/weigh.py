@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 68_000, "core lines": 38_280, "tokens": 584_800, "named numbers": 691, "branching functions": 92,
+    "lines": 68_000, "core lines": 38_300, "tokens": 585_200, "named numbers": 691, "branching functions": 92,
     "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 110, "entered in the plane": 117,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)
