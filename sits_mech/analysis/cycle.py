@@ -28,6 +28,8 @@ from sits_mech.chain.propagation import PoseReadings, poses_of, read_poses
 from sits_mech.chain.simulate import flags_over, with_omissions
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
+from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
 from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
@@ -72,11 +74,12 @@ def load_cycle(
     loads are solved. Raises SceneError for a scene or programme that cannot be solved, Collision where the target
     touches the coil plane, SolveFailed without an equilibrium on the way.
     """
-    _check(programme)
+    LoadHistory(programme.time, np.multiply.outer(programme.share, peak.components))
+    if not np.all((programme.share >= 0.0) & (programme.share <= 1.0)):
+        raise SceneError(f"share must lie between 0 and 1; got {programme.share.min():g} to {programme.share.max():g}")
     field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
     layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
-    height = 0.0 if sensor.target is None else sensor.target.load_height
-    curve = elastic_curve(layer, peak, height=height, points=points)
+    curve = elastic_curve(layer, peak, height=layer_parts(sensor)[0].load_height, points=points)
     symmetry = symmetry_of(sensor)
     found = [symmetrised(item, symmetry, item.wrench) for item in curve.found]
     curve = replace(curve, found=tuple(with_omissions(sensor, found, by_layer.name)))
@@ -100,8 +103,7 @@ def load_cycle(
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     data = data.assign_attrs(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
-        request=json.dumps(request),
-        frequency=sensor.frequency, **reading.impedance.convention, **marks,
+        request=json.dumps(request), frequency=sensor.frequency, **reading.impedance.convention, **marks,
         **{key: item for name in shown_signals(data) for key, item in loop_widths(data, name).items()},
     )
     return labelled(data)
@@ -111,21 +113,8 @@ def _notes(sensor: Sensor) -> tuple[Note, ...]:
     """Note why there is no loop, where the silicone can show none, and that friction is left out."""
     silicone = silicone_of(sensor)
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
-    slips = (Note(NoteKind.SLIP_LEFT_OUT),)
-    if silicone is None or silicone.has_history:
-        return slips * rough
-    return (Note(NoteKind.NO_LOOP), *slips * rough)
-
-
-def _check(programme: Programme) -> None:
-    """Refuse shares and times that make no programme."""
-    time, share = programme.time, programme.share
-    if time.ndim != 1 or time.shape != share.shape or time.size < 2:
-        raise SceneError(f"time and share must be of one length, from 2 on; got {time.shape} and {share.shape}")
-    if not (np.all(np.isfinite(time)) and np.all(np.diff(time) >= 0.0)):
-        raise SceneError("time must be finite and not descend")
-    if not np.all((share >= 0.0) & (share <= 1.0)):
-        raise SceneError(f"share must lie between 0 and 1; got {share.min():g} to {share.max():g}")
+    none = silicone is not None and not silicone.has_history
+    return (Note(NoteKind.NO_LOOP),) * none + (Note(NoteKind.SLIP_LEFT_OUT),) * rough
 
 
 def _poses(curve: ElasticCurve) -> Bounded:
@@ -136,14 +125,10 @@ def _poses(curve: ElasticCurve) -> Bounded:
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:
     """Return the share of the virgin elastic response that the pad shows."""
-    if sensor.elastomer is None:
-        return programme.share.copy()
     if (silicone := silicone_of(sensor)) is None:
         return programme.share.copy()
-    relaxed = relaxed_share(silicone, programme.time, programme.share)
-    target, volume = sensor.target, 0.0
-    if target is not None:
-        volume = pad_volume(sensor.elastomer, target.extent, target.is_round)
+    relaxed, (target, pad) = relaxed_share(silicone, programme.time, programme.share), layer_parts(sensor)
+    volume = pad_volume(pad, target.extent, target.is_round)
     return softened_share(silicone.mullins, curve.energy, np.clip(relaxed, 0.0, 1.0), volume=volume)
 
 
@@ -167,12 +152,12 @@ def _carried(curve: ElasticCurve, poses: Bounded, reading: PoseReadings, elastic
 def loop_widths(data: xr.Dataset, name: str) -> dict[str, list[float]]:
     """Return the widths of all loops of a signal over ``share`` in percent of its range, and their errors, by key."""
     share, signal, error = (data[key].to_numpy() for key in ("share", name, f"error_{name}"))
-    found = [_loop(share[part], signal[part], error[part]) for part in _cycles(share)]
+    found = [_loop(share[part], signal[part], error[part]) for part in cycles_of(share)]
     widths, errors = zip(*found, strict=True) if found else ((), ())
     return {f"loop_{name}": list(widths), f"error_loop_{name}": list(errors)}
 
 
-def _cycles(share: Array) -> list[slice]:
+def cycles_of(share: Array) -> list[slice]:
     """Return the slices of a load from minimum to minimum."""
     way = np.sign(np.diff(share))
     moving = np.flatnonzero(way)

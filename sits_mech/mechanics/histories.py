@@ -3,13 +3,12 @@
 A history gives the wrench at some times, or of components that are held the target's place, whose force is found;
 between them it goes evenly, twice the same time is a sudden change, and before the first there was no load on virgin
 material. Models at finite strain follow it with the memory of their silicone at every point (`TimedModel`;
-levels/in_time.py). Others answer by the cheap rung, a memory of the pad as a whole (silicone/history.py): each
-component of the load has crept by itself to an elastic one, and where the target is held this one relaxes,
+levels/in_time.py), and alone find the force that holds a place. Others answer by the cheap rung, a memory of the pad as
+a whole (silicone/history.py): each component of the load has crept by itself to an elastic one,
 
-    q(t) = q_e(Q_e(t)),      Q_e(t) = int_0^t C(t - s) dQ(s),      Q(t) = int_0^t G(t - s) dQ_e(s),
+    q(t) = q_e(Q_e(t)),      Q_e(t) = int_0^t C(t - s) dQ(s),
 
-exact at small strain; the softening of a whole pad is known of proportional loads only, and is refused here. There Q_e
-of a held target is that of one compliance C, and what the model's place is beside the held one counts as its error.
+exact at small strain; the softening of a whole pad is known of proportional loads only, and is refused here.
 
 Of the times of a history some are solved, by default all; the load goes through the others on its way.
 """
@@ -18,25 +17,22 @@ from __future__ import annotations
 
 import math
 import time as clock
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.mechanics.equilibrium.control import DOWN, PLACES, Control
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
-from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.history import relaxed_share, retardation
 
 _EARLY, _LATE = 0.1, 10.0  # of the shortest and longest times of a creep: before and after nothing moves
 _A_DECADE = 8  # times of a decade
 _CORNER = 0.5  # of a load's rate: a jump by more is a corner
-_SMALL = 1e-3  # shear of the loads by which a compliance is found
 
 
 @dataclass(frozen=True)
@@ -58,7 +54,7 @@ class LoadHistory:
         vars(self).update(time=time, course=course, solved=solved, held=held)
         if time.ndim != 1 or course.shape != (time.size, len(WRENCH)) or time.size < 1:
             raise SceneError(f"history: must be n times with n x 6 loads; got {time.shape} and {course.shape}")
-        if not (np.all(np.isfinite(time)) and np.all(np.isfinite(course))):
+        if not np.isfinite(np.column_stack([time, course])).all():
             raise SceneError("history: times and loads must be finite numbers")
         back = np.flatnonzero(np.diff(time) < 0.0)
         if back.size:
@@ -107,11 +103,9 @@ class LoadHistory:
         return found
 
     @property
-    def farthest(self) -> Control:
-        """The largest of each component, as it is given."""
-        most = self.course[np.argmax(np.abs(self.course), axis=0), np.arange(len(WRENCH))]
-        given = zip(PLACES, WRENCH, self.held, (most * np.where(self.held, DOWN, 1.0)).tolist(), strict=True)
-        return Control(**{place if held else force: value for place, force, held, value in given})
+    def farthest(self) -> Wrench:
+        """The largest of each component, places in their units."""
+        return Wrench(*np.abs(self.course).max(axis=0).tolist())
 
 
 @dataclass(frozen=True)
@@ -140,63 +134,37 @@ class TimedModel(Protocol):
 def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, tell: Progress = untold) -> Motion:
     """Return a target's motion under a history of loads, reporting progress.
 
-    Raise SceneError if the model cannot represent the silicone's softening, SolveFailed without an equilibrium on the
-    way.
+    Raise SceneError if the model cannot represent the silicone's softening, or hold places, SolveFailed without an
+    equilibrium on the way.
     """
-    return layer.in_time(history, tell) if isinstance(layer, TimedModel) else _as_a_whole(sensor, layer, history)
+    if isinstance(layer, TimedModel):
+        return layer.in_time(history, tell)
+    if history.held.any():
+        raise SceneError("history: places need a model at finite strain, planar, axisymmetric or block")
+    return _as_a_whole(sensor, layer, history)
 
 
-def undeformed(sensor: Sensor) -> Array:
-    """Return the components of the pose over the undeformed pad, (6,) [m, rad]."""
-    pad = at_temperature(sensor).elastomer
-    return Pose(0.0, 0.0 if pad is None else pad.standoff + pad.thickness).components
-
-
-def compliant_loads(sensor: Sensor, layer: MechanicalModel, course: Array, held: Mask) -> tuple[Array, Array]:
-    """Return the elastic loads of a course, (n, 6), and their derivatives by it, (6, 6), by one compliance.
-
-    ``q = q_0 + C Q`` of components that are held, in the plane, with Q given of the others.
-    """
-    if not held.any():
-        return course, np.eye(len(WRENCH))
+def expected_loads(sensor: Sensor, history: LoadHistory) -> list[Wrench]:
+    """Return the loads of a history, for the choice of models; those that hold places as of columns in shear."""
     target, pad = layer_parts(sensor)
-    force = _SMALL * pad.shear_modulus * math.prod(target.extent)
-    sizes = {"F_x": force, "F_z": force, "M": force * pad.thickness}
-    none, *moved = (
-        layer.equilibrium(load).pose.components for load in (Wrench(), *(Wrench(**{k: v}) for k, v in sizes.items()))
-    )
-    C = np.zeros((len(POSE), len(WRENCH)))
-    C[:, : len(sizes)] = (np.array(moved) - none).T / list(sizes.values())
-    by_course = np.linalg.inv(np.where(held[:, None], C, np.eye(len(C))))
-    return (course - np.where(held, none - undeformed(sensor), 0.0)) @ by_course.T, by_course
+    t, area = pad.thickness, math.prod(target.extent)
+    k = pad.shear_modulus * area / t * np.array([1.0, -1.0, t**2, 1.0, t**2, t**2])
+    return [Wrench(*row) for row in (history.course * np.where(history.held, k, 1.0)).tolist()]
 
 
 def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) -> Motion:
     """Return the elastic answers to loads that have crept, component by component: the cheap model."""
-    silicone, held = silicone_of(sensor), history.held
+    silicone = silicone_of(sensor)
     if silicone is not None and silicone.mullins is not None:
         raise SceneError("history: softening (mullins) needs a model at finite strain, planar, axisymmetric or block")
-    began, given = clock.process_time(), np.ones(history.time.size, dtype=bool)
-
-    def over(time: Array, parts: Array, some: Mask, *, inverse: bool = False) -> Array:
-        """Return parts (n, 6) over time, of which some have crept, or relaxed if `inverse`."""
-        if silicone is None or not silicone.prony:
-            return parts
-        each = zip(parts.T, some, strict=True)
-        return np.stack([relaxed_share(silicone, time, p, inverse=inverse) if own else p for p, own in each], axis=1)
-
+    began, given, crept = clock.process_time(), np.ones(history.time.size, dtype=bool), history.course
     if silicone is not None and silicone.prony:
-        times = retardation(silicone.prony)[1], np.array([tau for _, tau in silicone.prony if held.any()])
-        history, given = _as_it_creeps(history, np.concatenate(times))
-    crept, rest = over(history.time, history.course, ~held), undeformed(sensor)
-    elastic, by_course = compliant_loads(sensor, layer, crept, held)
-    wrench = over(history.time, np.where(held, elastic, history.course), held, inverse=True)
+        history, given = _as_it_creeps(history, retardation(silicone.prony)[1])
+        crept = np.stack([relaxed_share(silicone, history.time, part) for part in history.course.T], axis=1)
     solved = history.solved
-    time, place = history.time[solved], history.course[solved] + rest
-    found = [layer.equilibrium(Wrench(*row)) for row in elastic[solved].tolist()]
-    pose, error = (np.array([getattr(each, name).components for each in found]) for name in ("pose", "error"))
-    off = np.where(held, error + np.abs(pose - place), 0.0) @ np.abs(by_course).T
-    off = np.where(held, np.abs(over(time, off, held, inverse=True)), 0.0)
+    history, given, crept = LoadHistory(history.time[solved], history.course[solved]), given[solved], crept[solved]
+    found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
+    pose, error = (Pose.of(np.array([getattr(each, name).components for each in found])) for name in ("pose", "error"))
     told = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
     iterations, errors, stretch = zip(*told, strict=True)
     last = found[-1].report
@@ -204,8 +172,8 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
         last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.process_time() - began,
         notes=(*last.notes, Note(NoteKind.AS_A_WHOLE)),
     )
-    target, away = Pose.of(np.where(held, place, pose)), Pose.of(np.where(held, 0.0, error))
-    return Motion(time, given[solved], wrench[solved], off, target, away, np.array(stretch, dtype=float), report)
+    load, stretches = history.course, np.array(stretch, dtype=float)
+    return Motion(history.time, given, load, 0.0 * load, pose, error, stretches, report)
 
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask]:
@@ -219,8 +187,6 @@ def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask
         between += more.tolist()
         before += (row + 1 + np.searchsorted(history.time[row + 1 :], more)).tolist()
     course = [np.insert(part, before, np.interp(between, history.time, part)) for part in history.course.T]
-    found = replace(
-        history, time=np.insert(history.time, before, between), course=np.stack(course, axis=1),
-        solved=np.insert(history.solved, before, True),
-    )
+    solved = np.insert(history.solved, before, True)
+    found = LoadHistory(np.insert(history.time, before, between), np.stack(course, axis=1), solved)
     return found, np.insert(np.ones(history.time.size, dtype=bool), before, False)

@@ -35,7 +35,7 @@ from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.closed_form import coaxial_refusal
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
-from sits_mech.mechanics.equilibrium.control import Control, Controlled
+from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Bends, Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
@@ -102,7 +102,7 @@ class PlanarLayer(Controlled):
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
-        self._check(history.farthest)
+        self._check(under(history.farthest))
         began = time.process_time()
         found = motion_in_time(self.line, history, tell)
         report = replace(found.report, model=self.name, seconds=time.process_time() - began)

@@ -78,7 +78,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},
-        "error_wrench": {name: own[f"error_{name}"].to_numpy() for name in WRENCH if f"error_{name}" in own},
+        **{name: own[name].to_numpy() for name in map("error_{}".format, WRENCH) if name in own},
         "error": {name: own[f"error_{name}"].to_numpy() for name in POSE},
         "signals": {item: own[item].to_numpy() for name in shown_signals(data) for item in (name, f"error_{name}")},
         "L": coils,
@@ -115,9 +115,7 @@ def history_curves(data: xr.Dataset) -> Figure:
     rows = 2 + len(names) + ("code" in data)
     with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):
-            value, error = (np.asarray(part) for part in (data[name], data.get(f"error_{name}", 0.0 * data[name])))
-            axes[0].fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
-            axes[0].plot(time, value, **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
+            axes[0].plot(time, data[name], **(stroke | {"marker": ""}), label=f"${name}$ [{shown_unit(name)}]")
         axes[0].set_ylabel("load")
         axes[0].legend()
         for name, stroke in zip(places, strokes(len(places)), strict=True):

@@ -59,19 +59,6 @@ class ElasticCurve:
     energy: Callable[[float], float]  # stored energy [J] by share
 
 
-def relaxation(silicone: Silicone, time: Array) -> Array:
-    """Return G: the stress at `time` [s] after a step of strain, over that after a very long time [-]."""
-    slow = 1.0 - sum(weight for weight, _ in silicone.prony)
-    terms = [weight * np.exp(-np.asarray(time) / tau) for weight, tau in silicone.prony]
-    return 1.0 + sum(terms, np.zeros(np.shape(time))) / slow
-
-
-def creep(silicone: Silicone, time: Array) -> Array:
-    """Return C: the elastic load equivalent to a step of load at `time` [s], over that load [-]."""
-    weights, times = retardation(silicone.prony)
-    return 1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights
-
-
 def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     """Return creep weights c [-] and times lambda [s] of a Prony series, shape (n,) each."""
     if not prony:
@@ -83,16 +70,12 @@ def retardation(prony: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     return (vectors.T @ (v * tau)) * (vectors.T @ v) * slow, -1.0 / rates
 
 
-def relaxed_share(silicone: Silicone, time: Array, share: Array, *, inverse: bool = False) -> Array:
+def relaxed_share(silicone: Silicone, time: Array, share: Array) -> Array:
     """Return the elastically equivalent share of a load history, linear between samples, by its Prony series.
 
-    ``int C dQ``, or `inverse` the load of an elastic one, ``int G dQ_e``. `time` (n,) does not descend, repeated for a
-    step [s]; before the first sample the share is zero.
+    `time` (n,) does not descend, repeated for a step [s]; before the first sample the share is zero.
     """
     weights, times = retardation(silicone.prony)
-    if inverse:
-        w, times = np.array(silicone.prony).reshape(-1, 2).T
-        weights = -w / (1.0 - w.sum())
     lag = weights * share[0]
     found = [float(share[0] - lag.sum())]
     for step, rise, now in zip(np.diff(time), np.diff(share), share[1:], strict=True):
@@ -151,7 +134,8 @@ def loop_width(silicone: Silicone, period: float = 1.0) -> float:
 
 def left_share(silicone: Silicone, after: float) -> float:
     """Return the share of displacement left `after` [s] release of a long-held load, 1 - C; nan without ``prony``."""
-    return float(1.0 - creep(silicone, np.array(after))) if silicone.prony else float("nan")
+    weights, times = retardation(silicone.prony)
+    return float(weights @ np.exp(-after / times)) if silicone.prony else float("nan")
 
 
 def history_share(silicone: Silicone) -> float:

@@ -109,8 +109,8 @@ def test_a_sudden_load_meets_the_static_layer_of_the_instantaneous_constants() -
     ("time", "share", "message"),
     [
         ([0.0, 1.0], [0.0, 1.2], "share must lie between 0 and 1"),
-        ([0.0, -1.0], [0.0, 1.0], "time must be finite and not descend"),
-        ([0.0], [0.0], "time and share must be of one length"),
+        ([0.0, -1.0], [0.0, 1.0], "time must not run back; got -1 s after 0 s"),
+        ([0.0], [0.0, 1.0], "must be n times with n x 6 loads"),
     ],
 )
 def test_programmes_that_are_none(time: list[float], share: list[float], message: str) -> None:

@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from scipy.special import erf
 
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.rotations import rotation_matrix, rotation_vector
 from sits_mech.silicone.history import (
-    creep,
     elastic_curve,
     left_share,
     loop_width,
-    relaxation,
     relaxed_share,
     retardation,
     softened_share,
@@ -63,6 +62,18 @@ def test_work_of_a_load_in_space_adds_up_along_the_way() -> None:
     way += peak.M_z * np.concatenate([[0.0], np.cumsum(0.5 * (spin[1:] + spin[:-1]) * np.diff(s))])
     stored = way[-1] - np.sum(0.5 * (way[1:] + way[:-1]) * np.diff(s))
     assert curve.energy(1.0) == pytest.approx(stored, rel=1e-4)
+
+
+def creep(rubber: Silicone, time: ArrayLike) -> np.ndarray:
+    """Elastic share of a step of load, C."""
+    weights, times = retardation(rubber.prony)
+    return 1.0 - np.exp(-np.asarray(time)[..., None] / times) @ weights
+
+
+def relaxation(rubber: Silicone, time: ArrayLike) -> np.ndarray:
+    """Load of a step of place over that of slow load, G."""
+    w, tau = np.reshape(rubber.prony, (-1, 2)).T
+    return 1.0 + np.exp(-np.asarray(time)[..., None] / tau) @ w / (1.0 - w.sum())
 
 
 def test_one_branch_creeps_as_the_standard_linear_solid() -> None:

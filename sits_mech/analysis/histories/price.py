@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.histories.response import expected_loads, foreseen
+from sits_mech.analysis.histories.response import foreseen
 from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.plan import Plan
 from sits_mech.chain.prices import forecast_load
-from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.histories import LoadHistory, expected_loads
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor
 
@@ -39,6 +39,6 @@ def history_price(sensor: Sensor, history: LoadHistory, found: Plan, tolerance: 
     solved = int(foreseen(history, BETWEEN * tolerance)[0].solved.sum())
     seconds = {step.half: step.seconds for step in found.steps}
     each = seconds.get("mechanics", 0.0)
-    if found.mechanics is not None and found.mechanics.name == "block":
+    if history.held.any() or (found.mechanics is not None and found.mechanics.name == "block"):
         each = forecast_load(sensor, [Wrench()]).seconds
     return HistoryPrice(len(history.time), solved, solved * each + seconds.get("magnetics", 0.0))

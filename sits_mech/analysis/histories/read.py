@@ -5,7 +5,7 @@ without one):
 
     t [ms], or time [s]         rising from row to row
     F_x [N], M_x [N mm], ...    at least one component of the wrench; those without a column are zero
-    d_h [mm], d_v, alpha [deg]  in place of F_x, F_z, M: the pose of the target, whose force is found
+    d_v [mm], alpha [deg], ...  in place of F_z, M: the pose of the target, whose force is found
 """
 
 from __future__ import annotations
@@ -17,21 +17,24 @@ import numpy as np
 
 from sits_mech.analysis.columns import cell_number, line_cells
 from sits_mech.analysis.measured import Sheet, table_with
-from sits_mech.mechanics.histories import LoadHistory, undeformed
+from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import SceneError
+from sits_mech.units import millimetres as mm
 
 _TIMES = ("t", "time")
+_KNOWN = *WRENCH, *POSE
 _MOST = 20000  # rows
-_KNOWN = (*WRENCH, *POSE[:3])  # places in the plane alone: those beside it have no estimated loads
 
 
 def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
     """Read a history of loads, or places of a sensor's target.
 
     Raises SceneError when the file cannot be read, columns or numbers are missing, a force comes with the place that it
-    works on, or time stands still or runs back.
+    works on, d_v is a thickness or more from the undeformed pad's, or time stands still or runs back.
     """
     must = "a column t, such as t [s], and one for each force"
     table, columns = table_with(path, "a readable history of loads", _TIMES, must)
@@ -41,9 +44,8 @@ def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(_KNOWN)}; got none")
     held = np.isin(POSE, known)
-    for force, place in np.transpose([WRENCH, POSE])[held].tolist():
-        if force in known:
-            raise SceneError(f"{path}: must give one of {force} and {place}; got both")
+    if np.any(held & np.isin(WRENCH, known)):
+        raise SceneError(f"{path}: must give a force or the place that it works on; got both: {', '.join(known)}")
     sheet = Sheet(str(path), columns, _rows(table.rows, table.separator, len(names), str(path)))
     time = sheet.values(next(name for name in _TIMES if name in columns), "s")
     still = np.flatnonzero(np.diff(time) <= 0.0)
@@ -54,8 +56,14 @@ def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
         raise SceneError(f"{path}: time must rise; got {came}{hint}")
     course = np.zeros((len(time), len(WRENCH)))
     for name in known:
-        course[:, (WRENCH if name in WRENCH else POSE).index(name)] = sheet.values(name.lower(), UNITS[name])
-    return LoadHistory(time, course - np.where(held, undeformed(sensor), 0.0), held=held)
+        course[:, _KNOWN.index(name) % len(WRENCH)] = sheet.values(name.lower(), UNITS[name])
+    pad = layer_parts(at_temperature(sensor))[1]
+    t, rest = pad.thickness, pad.standoff + pad.thickness
+    course[:, 1] -= rest * held[1]
+    far = float(course[np.argmax(np.abs(course[:, 1])), 1] * held[1])
+    if abs(far) >= t:
+        raise SceneError(f"{path}: d_v must be less than {mm(t)} from {mm(rest)}; got {mm(rest + far)}")
+    return LoadHistory(time, course, held=held)
 
 
 def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) -> None:
@@ -73,7 +81,7 @@ def _rows(lines: Sequence[str], separator: str, width: int, source: str) -> Arra
         try:
             rows.append([cell_number(cell, separator) for cell in line_cells(line, separator)])
         except ValueError:
-            raise SceneError(f"{source}: row {row} must hold numbers; got {line.strip()!r}") from None
+            rows.append([])
         if len(rows[-1]) != width or not np.all(np.isfinite(rows[-1])):
             raise SceneError(f"{source}: row {row} must hold {width} finite numbers; got {line.strip()!r}")
     if not 2 <= len(rows) <= _MOST:

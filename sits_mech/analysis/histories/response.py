@@ -2,8 +2,8 @@
 
     loads Q(t) --(layer with a memory: mechanics/histories.py)--> poses q(t) --(magnetics)--> L(t), signals
 
-Where places are given in place of loads, models are chosen by loads that one compliance gives, and what the mechanics
-leave out of a place is left out of the force, as large a share of it.
+Where places are given in place of loads, models are chosen by the loads of closed forms, and what the mechanics leave
+out of a displacement is left out of the force.
 
 Few rows of a history are solved: corners of the load, and between them as many as it moves by parts of its range.
 Cubics carry each quantity to the others, from corner to corner (`interpolant`). Where their error is above what solved
@@ -32,9 +32,7 @@ from sits_mech.chain.simulate import flags_over, mechanical_omissions, omitted_p
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
-from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, compliant_loads, motion_of, undeformed
-from sits_mech.mechanics.linear import small_strain
-from sits_mech.mechanics.pad.section import layer_parts
+from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, expected_loads, motion_of
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
@@ -53,13 +51,11 @@ from sits_mech.quantities import (
 )
 from sits_mech.readout.signals import shown_signals
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
-from sits_mech.units import millimetres as mm
 
 PARTS = 8
 """Steps over the range of a load that lie between two solved times, at most."""
 _BEND = 0.5  # over the square of a range's parts: error of interpolation where y goes with the square of the load
 _LEAST = 0.1  # of the tolerance: what interpolation is given where solved times leave less
-_COARSE, _ROUNDING = 0.1, 1e-9  # error of a compliance that models are chosen by; of the largest load
 
 
 def in_time(
@@ -70,7 +66,7 @@ def in_time(
 
     ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
     coil_2) and the signals, each with ``error_`` but given forces; ``status`` and ``flags``; ``L0``. Attributes: scene,
-    request (with ``held``, the components whose places are given), ``notes``, ``unit_L``. Before its first time there
+    request, ``notes``, ``unit_L``. Before its first time there
     was no load; the error of a pose is over the largest displacement; `points` asks for a model with memory at every
     point of the layer. Raises SceneError when a model cannot hold the scene, Collision where the target touches the
     coil plane, SolveFailed without a rest or an answer of the coils.
@@ -78,35 +74,32 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     loads = expected_loads(sensor, history)
     field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-    layer, by_layer = taken_layer(sensor, mechanics, tolerance, loads, points=points)
+    layer, by_layer = taken_layer(sensor, mechanics, tolerance, loads, points=points or bool(history.held.any()))
     every_omission, names = mechanical_omissions(sensor, by_layer.name, loads), sensor.coil_names
     left_out = tuple(item for item in every_omission if item.weighs)
     asked = _Asked(sensor, loads, (layer, field), magnetics, tolerance, left_out)
     divided, own = foreseen(history, BETWEEN * tolerance)
     while (answer := asked.solved(divided, own, progress)).more.any():
         divided = replace(divided, solved=divided.solved | answer.more)
-    rows, motion, found, goal, every, _ = answer
-    held = history.held
-    poses = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose"), held)
-    stretch, wrench, off = every.pop("stretch"), every.pop("wrench"), every.pop("error_wrench")
-    off = off + np.abs(wrench) * _of_forces(sensor, left_out)
-    columns: dict[str, Any] = {"given": ("time", rows.given)}
+    motion, found, goal, every, _ = answer
+    time, interpolated, stretch, wrench = map(every.pop, ("time", "interpolated", "stretch", "wrench"))
+    poses = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose"), history.held)
+    off = every.pop("error_wrench") + np.abs(wrench) * _of_forces(sensor, left_out)
+    columns: dict[str, Any] = {"given": ("time", every.pop("given"))}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, wrench.T, strict=True)}
-    columns |= {f"error_{WRENCH[k]}": ("time", off[:, k]) for k in np.flatnonzero(held)}
+    columns |= {f"error_{WRENCH[k]}": ("time", off[:, k]) for k in np.flatnonzero(history.held)}
     for kind, each in (("", poses.value), ("error_", poses.error)):
         columns |= {f"{kind}{name}": ("time", part) for name, part in zip(POSE, each.T, strict=True)}
     columns |= {name: (("time", "coil", "coil_2")[: np.ndim(value)], value) for name, value in every.items()}
     left_out = (*left_out, *found.report.left_out)
-    marks = flags_over(sensor, goal, poses, stretch, tolerance, left_out, interpolated=rows.interpolated)
+    marks = flags_over(sensor, goal, poses, stretch, tolerance, left_out, interpolated=interpolated)
     columns |= {name: ("time", part) for name, part in marks.items()}
-    data = xr.Dataset(columns, coords={"time": rows.time, "coil": names, "coil_2": names})
-    request: dict[str, Any] = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
-    request |= {"held": np.array(POSE)[held].tolist()} if held.any() else {}
+    data = xr.Dataset(columns, coords={"time": time, "coil": names, "coil_2": names})
+    request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     notes = dict.fromkeys((*_unknown(sensor), *motion.report.notes, *found.report.notes))
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         **provenance(sensor), request=json.dumps(request), notes=packed(notes), frequency=sensor.frequency,
-        **found.convention, left_out=packed_omissions(left_out),
-        report=kept_report(motion.report),
+        **found.convention, left_out=packed_omissions(left_out), report=kept_report(motion.report),
     )
     return labelled(data)
 
@@ -114,11 +107,10 @@ def in_time(
 class _Answer(NamedTuple):
     """Values of a history at all its times, by those that are solved, and what else is to be solved."""
 
-    rows: _Rows
     motion: Motion
     found: Impedance
     goal: Goal | None
-    every: dict[str, Array]
+    every: dict[str, Any]
     more: Mask
 
 
@@ -140,20 +132,20 @@ class _Asked:
         check_clearance(sensor, motion.pose)
         aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
         pose, error = motion.pose.components, motion.error.components
-        reading = read_poses(sensor, field if aim is None else aim.field,
-                             _bounded(sensor, self.left_out, pose, error, divided.held))
-        rows = _Rows(divided, own, motion, undeformed(sensor))
+        bounded = _bounded(sensor, self.left_out, pose, error, divided.held)
+        reading = read_poses(sensor, field if aim is None else aim.field, bounded)
         found, goal = reading.impedance, None if aim is None else aim.goal
         values = {name: getattr(found, name) for name in ("L", "R", "error_L", "error_R")}
         values |= {name: np.asarray(value) for name, value in reading.signals.known.items()}
-        forces = {"wrench": motion.wrench, "error_wrench": motion.error_wrench}
-        every, off = rows.carried(values | forces | {"pose": pose, "error_pose": error, "stretch": motion.stretch})
-        near, spent = every["error_pose"][rows.interpolated] - off["pose"], 0.0
+        values |= {"wrench": motion.wrench, "error_wrench": motion.error_wrench}
+        values |= {"pose": pose, "error_pose": error, "stretch": motion.stretch}
+        every, off = _at_all_times(divided, own, motion, values)
+        near, spent = every["error_pose"][every["interpolated"]] - off["pose"], 0.0
         if goal is not None:
             spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
         most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
-        more = _more(divided, own, motion.time, _share(sensor, goal, pose, values | forces, off) / most)
-        return _Answer(rows, motion, found, goal, every, more)
+        more = _more(divided, own, motion.time, _share(sensor, goal, values, off) / most)
+        return _Answer(motion, found, goal, every, more)
 
 
 def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array, held: Mask) -> Bounded:
@@ -168,15 +160,13 @@ def _of_forces(sensor: Sensor, left_out: Sequence[Omission]) -> Array:
     return np.asarray((s / (1.0 + s)).sum(axis=0))
 
 
-def _share(
-    sensor: Sensor, goal: Goal | None, pose: Array, values: Mapping[str, Array], off: Mapping[str, Array]
-) -> Array:
+def _share(sensor: Sensor, goal: Goal | None, values: Mapping[str, Array], off: Mapping[str, Array]) -> Array:
     """Return errors of interpolation over the signals' range, by poses or of the signals, the larger of both.
 
     Of poses over the largest displacement where no signal changes; of forces that are found over the largest.
     """
     lever, signals = levers(sensor), shown_signals(values)
-    size = np.max(np.abs((pose - unloaded_pose(sensor).components) * lever), initial=1e-300)
+    size = np.max(np.abs((values["pose"] - unloaded_pose(sensor).components) * lever), initial=1e-300)
     weights = np.diag(lever / size) if goal is None else np.abs(goal.weights)
     span, lever = max(*(float(np.ptp(values[name])) for name in signals), 1e-300), np.maximum(lever, 1e-300)
     forces = off["wrench"] / lever / np.max(np.abs(values["wrench"]) / lever, initial=1e-300)
@@ -184,57 +174,32 @@ def _share(
     return np.asarray(np.max(each, axis=0))
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """All times of an answer: those that are solved, and rows of the history between them."""
+def _at_all_times(
+    history: LoadHistory, own: Mask, motion: Motion, values: Mapping[str, Array]
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return values at solved times and rows between them; and errors of interpolation (also in ``error_``) of these.
 
-    history: LoadHistory
-    own: Mask  # which of its times are rows
-    motion: Motion
-    rest: Array  # (6,), pose from which the history has its places
+    Besides ``time``, whether it is of the history (``given``), and not solved (``interpolated``). Given loads are kept.
+    """
+    left, corners = np.flatnonzero(own & ~history.solved), np.isin(motion.time, history.time[history.corners])
+    times, yes = history.time[left], np.ones(left.size, dtype=bool)
+    order = np.argsort(np.concatenate([motion.time, times]), kind="stable")
 
-    @property
-    def left(self) -> NDArray[np.int_]:
-        """Numbers of the rows that are not solved."""
-        return np.flatnonzero(self.own & ~self.history.solved)
-
-    def _merged(self, solved: NDArray[Any], between: NDArray[Any]) -> NDArray[Any]:
+    def merged(solved: NDArray[Any], between: NDArray[Any]) -> NDArray[Any]:
         """Return what is of solved times and of rows between them, in the order of time."""
-        order = np.argsort(np.concatenate([self.motion.time, self.history.time[self.left]]), kind="stable")
         return np.concatenate([solved, between])[order]
 
-    @property
-    def time(self) -> Array:
-        """All times [s]."""
-        return self._merged(self.motion.time, self.history.time[self.left])
-
-    @property
-    def interpolated(self) -> Mask:
-        """Which times are not solved."""
-        return self._merged(np.zeros(self.motion.time.size, dtype=bool), np.ones(self.left.size, dtype=bool))
-
-    @property
-    def given(self) -> Mask:
-        """Which times are the history's."""
-        own = self.motion.given & np.isin(self.motion.time, self.history.time[self.own])
-        return self._merged(own, np.ones(self.left.size, dtype=bool))
-
-    def carried(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return values at all times, ``error_`` with the errors of interpolation; and these, at rows between.
-
-        Loads and places that the history gives are its own.
-        """
-        history, left = self.history, self.left
-        corners = np.isin(self.motion.time, history.time[history.corners])
-        found = {n: Interpolant(self.motion.time, corners, part).at(history.time[left]) for n, part in values.items()}
-        for name, held in (("pose", history.held), ("wrench", ~history.held)):
-            given = history.course[left] + self.rest * (name == "pose")
-            found[name] = np.where(held, given, found[name][0]), np.where(held, 0.0, found[name][1])
-        off = {name: error for name, (_, error) in found.items()}
-        return {
-            name: self._merged(part, found[name][0] + off.get(name.removeprefix("error_"), 0.0) * ("error_" in name))
-            for name, part in values.items()
-        }, off
+    found = {name: Interpolant(motion.time, corners, part).at(times) for name, part in values.items()}
+    load, error = found["wrench"]
+    found["wrench"] = np.where(history.held, load, history.course[left]), error * history.held
+    off = {name: error for name, (_, error) in found.items()}
+    every = {
+        name: merged(part, found[name][0] + off.get(name.removeprefix("error_"), 0.0) * ("error_" in name))
+        for name, part in values.items()
+    }
+    given, no = motion.given & np.isin(motion.time, history.time[own]), np.zeros(motion.time.size, dtype=bool)
+    marks = {"given": merged(given, yes), "interpolated": merged(no, yes)}
+    return every | marks | {"time": merged(motion.time, times)}, off
 
 
 def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
@@ -262,27 +227,6 @@ def _more(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
         pieces = int(np.ceil(np.sqrt(share[inside == number].max())))
         found[rows[np.arange(1, pieces) * len(rows) // pieces]] = True
     return found
-
-
-def expected_loads(sensor: Sensor, history: LoadHistory) -> list[Wrench]:
-    """Return the loads of a history, those that hold places by one compliance, under slow load.
-
-    Raises SceneError for places of a touched sensor, out of the plane, or a thickness and more from the undeformed pad.
-    """
-    course, held = history.course, history.held
-    if held.any():
-        check_untouched(sensor, "places over time")
-        if beside := np.array(POSE)[3:][held[3:]].tolist():
-            raise SceneError(f"history: places must be of {', '.join(POSE[:3])}; got {', '.join(beside)}")
-        t, rest = layer_parts(sensor)[1].thickness, undeformed(sensor)[1]
-        far = float(rest + course[np.argmax(np.abs(course[:, 1])), 1])
-        if held[1] and abs(far - rest) >= t:
-            must = f"within a thickness of rest, between {mm(rest - t)} and {mm(rest + t)}"
-            raise SceneError(f"history: d_v must be {must}; got {mm(far)}")
-        loads, _ = compliant_loads(sensor, small_strain(sensor, _COARSE), course, held)
-        loads[np.abs(loads) <= _ROUNDING * np.max(np.abs(loads))] = 0.0
-        course = np.where(held, loads, course)
-    return [Wrench(*row) for row in course.tolist()]
 
 
 def taken_layer(

@@ -39,10 +39,9 @@ from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.notes import Note, NoteKind, packed, unpacked
-from sits_mech.quantities import POSE, WRENCH, Array
+from sits_mech.quantities import WRENCH, Array
 from sits_mech.readout.converter import FrontEnd, code_of, converter, frequency_of, tank_frequency, tank_inductance
 from sits_mech.readout.front_end import front_end
-from sits_mech.readout.loads import request_of
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.thermal import at_temperature, clock_factor
 
@@ -179,11 +178,9 @@ def _scanned(sensor: Sensor, data: xr.Dataset, rcount: int, seed: int | None) ->
     part, C = converter(sensor.readout.converter), at_temperature(sensor).readout.parallel_capacitance
     front = front_end(part, seen.L, seen.R, C, rcount=rcount)
     front = replace(front, reference=clock_factor(sensor) * front.reference)
-    held, time = request_of(data).get("held", ()), data["time"].to_numpy()
-    given = (data[q] - data[q][0] if q in held else data[force] for force, q in zip(WRENCH, POSE, strict=True))
-    course = np.stack([part.to_numpy() for part in given], axis=1)
+    time, load = data["time"].to_numpy(), np.stack([data[name].to_numpy() for name in WRENCH], axis=1)
     every = np.interp(np.arange(_FINE * (len(time) - 1) + 1) / _FINE, np.arange(len(time)), time)
-    corners = LoadHistory(time, course).corners
+    corners = LoadHistory(time, load).corners
     L, R = (Interpolant(time, corners, part).at(every)[0] for part in (seen.L, seen.R))
     found = scan(front, C, every, L, R, seed=seed)
     dims = ("scan", "coil")

@@ -84,7 +84,7 @@ class Control:
         `lengths` and `loads` (6,) are the units of motion and load components [m, rad; N, N m].
         """
         forces = np.array([getattr(self, force) or 0.0 for force in WRENCH]) / loads
-        places = np.array([getattr(self, place) or 0.0 for place in PLACES]) / lengths * DOWN
+        places = np.array([getattr(self, place) or 0.0 for place in PLACES]) / lengths * _DOWN
         return np.where(self.held, places, forces)
 
 
@@ -124,8 +124,7 @@ class Scales:
         return Pose.of(found)
 
 
-DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
-"""Signs of motions: a target sinks against z."""
+_DOWN = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
 
 
 class Controlled(Protocol):

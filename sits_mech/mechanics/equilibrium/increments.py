@@ -33,7 +33,7 @@ from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import affordable
-from sits_mech.mechanics.equilibrium.outcome import FREE, Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import Walk, advance, unloaded
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array
@@ -125,12 +125,12 @@ def begun(body: Bonded) -> Moment:
     return _moment(body, memories, state, np.inf) if body.laws.swell else Moment(state, memories)
 
 
-def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held = FREE) -> Moment | PathEnd:
+def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held) -> Moment | PathEnd:
     """Return the layer a step `dt` [s] later, under a goal that changes linearly, or why there is none.
 
     ``dt = 0`` is a sudden change; `goal` (k,) as of a `Path`, scaled, like `held`.
     """
-    begin = np.where(held, now.state.q, now.state.load) if len(held) else now.state.load
+    begin = np.where(held, now.state.q, now.state.load)
     pairs = zip(body.laws.each, now.memories, strict=True)
     laws = body.laws.after([past_after(law.silicone, memory, dt) for law, memory in pairs])
     aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((begin, goal), held)

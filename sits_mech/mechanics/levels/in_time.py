@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from sits_mech.cases import Progress, untold
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded, State
+from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
 from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
@@ -91,7 +92,8 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     """Return the motion on one family of meshes, and whether free faces touch anything."""
     asked, count, scales = min(line.asked, 1.0), min(WALKED, len(levels)), line.scales
     goals, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
-    sides = aim(levels.coarse, scales, history.farthest)[0], history.held[:k]
+    given = history.held[:k]
+    sides = aim(levels.coarse, scales, under(history.farthest))[0] | given, given
     first = _First(levels.coarse, sides, _GROWTH * asked)
 
     def share(level: int) -> Callable[[float], None]:
@@ -125,12 +127,11 @@ class _Limits(NamedTuple):
 
 def _limits(levels: Levels, first: _First, walks: Sequence[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement, or load, of the history."""
-    given, gaps, goals = first.given, np.array(first.gap), np.array(first.goal)
+    gaps, pressed = np.array(first.gap), any(walk.pressed for walk in walks)
     late = [np.array(walk.found) + gaps * (1.0 if rough(levels.coarse) else 4.0) for walk in walks]
-    unit = first.unit(first.sizes(np.where(given, goals, late[-1]), np.where(given, late[-1], goals)))
-    sinks, values, errors = -np.where(given, goals, late[-1])[:, 1], [], []
-    pressed = any(walk.pressed for walk in walks)
-    for rows, gap, sink in zip(np.moveaxis(np.array(late) / unit, 1, 0), gaps / unit, sinks, strict=True):
+    q, load = first.both(late[-1])
+    unit, values, errors = first.unit(q, load), [], []
+    for rows, gap, sink in zip(np.moveaxis(np.array(late) / unit, 1, 0), gaps / unit, -q[:, 1], strict=True):
         limit = levels.limit(list(rows), pressed=pressed, sink=sink)
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap), _LEAST if np.any(rows) else 0.0)
@@ -142,19 +143,14 @@ def _limits(levels: Levels, first: _First, walks: Sequence[_Walk]) -> _Limits:
 def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], large: Note | None) -> Motion:
     """Return the motion in SI with its report."""
     scales, body, sensor, found = line.scales, levels.fine, line.sensor, _limits(levels, first, walks)
-    last, k, goals = walks[-1], body.components, np.array(first.goal)
-
-    def padded(free: Array | float, given: Array | float, units: Array) -> Array:
-        """Return all components in SI, (m, 6), of free ones and of those whose places are given."""
-        return np.pad(np.where(first.given, given, free) * units[:k], ((0, 0), (0, len(POSE) - k)))
-
-    pose, error = padded(found.value, goals, scales.lengths), padded(found.error, 0.0, scales.lengths)
-    wrench, off = padded(goals, found.value, scales.loads), padded(0.0, found.error, scales.loads)
+    last, beyond, (q, load) = walks[-1], ((0, 0), (0, len(POSE) - body.components)), first.both(found.value)
+    pose, error = (np.pad(part, beyond) * scales.lengths for part in (q, found.error * ~first.given))
+    wrench, off = (np.pad(part, beyond) * scales.loads for part in (load, found.error * first.given))
     pose[:, 1] += scales.standoff + scales.thickness
     state = walks[1].far
     beneath = ground_notes(sensor, scales.pose(state.q))
     if beneath:  # the true target is held there: the error is the whole displacement
-        error = np.maximum(error, np.abs(pose - scales.pose(np.zeros(k)).components))
+        error = np.maximum(error, np.abs(pose - scales.pose(0.0 * state.q).components))
     stretch, before = (float(walk.values.max()) for walk in (last, walks[-2]))
     each = np.max([moment.each for moment in last.stretch], axis=0)
     notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
@@ -162,7 +158,7 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     if found.relative > line.asked:
         notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
-        "", len(levels.maker(len(walks) - 1).free) + k, sum(walk.iterations for walk in walks),
+        "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
         abs(stretch - before),
     )
@@ -175,7 +171,7 @@ class _Walk:
 
     def __init__(self, body: Bonded, sides: tuple[Held, Held]) -> None:
         self.body, self.now = body, begun(body)
-        self.sides, (self.held, self.given) = sides, sides  # components that are held, those of them that are given
+        self.held, self.given = sides  # components that are held, those of them whose places are given
         self.found: list[Array] = []  # motion, or load where the place is given, (k,) each
         self.stretch: list[Stretched] = []
         self.far = self.now.state  # farthest state
@@ -230,18 +226,19 @@ class _First(_Walk):
         self.goal: list[Array] = []
         self.rows: list[bool] = []  # which times are the history's
         self.gap: list[Array] = []  # error in time of what is found, (k,) each
-        self.next, self.size = np.inf, np.full(2, 1e-300)  # step, largest motion and load
+        self.next, self.size = np.inf, 0.0 * body.levers  # step, units of what is found so far
         self.less = 1.0 if rough(body) else 3.0
 
-    def sizes(self, q: Array, load: Array) -> Array:
-        """Return the largest of some motions and of their loads, (2,), each at the target's end."""
+    def unit(self, q: Array, load: Array) -> Array:
+        """Return the units of what is found, (k,), by the largest of motions and of loads at the target's end."""
         lever = self.body.levers
-        return np.array([np.max(np.abs(part)) for part in (q * lever, load / lever)])
+        moved, pressed = (np.maximum(np.max(np.abs(part)), 1e-300) for part in (q * lever, load / lever))
+        return np.asarray(np.where(self.given, pressed * lever, moved / lever))
 
-    def unit(self, sizes: Array) -> Array:
-        """Return the units of what is found, (k,), by the largest motion and load."""
-        size, lever = np.maximum(sizes, 1e-300), self.body.levers
-        return np.asarray(np.where(self.given, size[1] * lever, size[0] / lever))
+    def both(self, found: Array) -> tuple[Array, Array]:
+        """Return motions and loads, (m, k) each, of which one is found and the other given."""
+        goal = np.array(self.goal)
+        return np.where(self.given, goal, found), np.where(self.given, found, goal)
 
     def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], tell: Callable[[float], None]) -> None:
         """Walk with steps limited by the error in time, to some rows; before the first time there is no load."""
@@ -253,17 +250,20 @@ class _First(_Walk):
     def _leg(self, times: Array, loads: Array) -> None:
         """Walk from one time of the history to another, or over a sudden load."""
         begin, span, gone = float(times[0]), float(times[-1] - times[0]), 0.0
+
+        def at(moment: float) -> Array:
+            """Return the loads at a time after the leg's first, after a sudden one."""
+            return np.array([np.interp(moment, times - begin, part) for part in loads.T])
+
         while True:
             left = span - gone
             count = max(int(np.ceil(left / self.next - _ROUNDING)), 1) if left > 0.0 else 1
             dt, there = left / count, span if count == 1 else gone + left / count
-            between = [np.interp(gone + 0.5 * dt, times - begin, part) for part in loads.T]
-            last = loads[-1] if count == 1 else np.array([np.interp(there, times - begin, part) for part in loads.T])
-            if not self._gone(begin + there, dt, (np.array(between), last), shortest=_SHORTEST * span):
+            if not self._gone(begin + there, dt, (at(gone + 0.5 * dt), at(there)), shortest=_SHORTEST * span):
                 continue
             gone = there
             self.time.append(float(times[-1]) if count == 1 else begin + there)
-            self.goal.append(last)
+            self.goal.append(at(there))
             self.rows.append(count == 1)
             if count == 1:
                 return
@@ -274,8 +274,8 @@ class _First(_Walk):
         half = self.step(self.other, 0.5 * dt, loads[0], time) if dt > 0.0 else None
         twice = self.step(half or self.other, 0.5 * dt, loads[1], time)
         gap = (self.answer(twice.state) - self.answer(whole.state)) / self.less
-        self.size = np.maximum(self.size, self.sizes(twice.state.q, twice.state.load))
-        added = float(np.max(np.abs(gap - (self.gap[-1] if self.gap else 0.0)) / self.unit(self.size)))
+        self.size = np.maximum(self.size, self.unit(twice.state.q, twice.state.load))
+        added = float(np.max(np.abs(gap - (self.gap[-1] if self.gap else 0.0)) / self.size))
         if dt > 0.0:
             change = _SAFE * (self.growth / max(added, 1e-300)) ** (1.0 / _ORDER)
             self.next = dt * float(np.clip(change, _SMALLER, _LARGER))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 from rich.table import Table
 
+from sits_mech.analysis.cycle import cycles_of
 from sits_mech.analysis.histories.full_cycle import difference
-from sits_mech.quantities import POSE, WRENCH, Array
+from sits_mech.quantities import POSE, WRENCH
 from sits_mech.readout.loads import ends_of, request_of
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.notes import kept_sentences
@@ -32,8 +31,9 @@ def loop_table(data: xr.Dataset) -> Table:
     names = shown_signals(data)
     headings = ("cycle", *(f"{name.removesuffix('_percent')} [% of its range]" for name in names))
     found = column_table(f"{data.attrs['name']}: width of the loops", headings, justify="right")
-    for number, widths in enumerate(zip(*(_widths(data, name) for name in names), strict=True), 1):
-        found.add_row(str(number), *(figure_text(*width) for width in widths))
+    each = [map(figure_text, data.attrs[f"loop_{name}"], data.attrs[f"error_loop_{name}"]) for name in names]
+    for number, widths in enumerate(zip(*each, strict=True), 1):
+        found.add_row(str(number), *widths)
     found.caption = "; ".join((f"status: {data.attrs['flags']}", *kept_sentences(data.attrs["notes"])))
     return found
 
@@ -41,10 +41,10 @@ def loop_table(data: xr.Dataset) -> Table:
 def loop_record(data: xr.Dataset) -> dict[str, Any]:
     """Return the loops for a program, with the request and the ends of pose and signals."""
     ends = ends_of(data, (*POSE, *shown_signals(data)))
-    loops = {f"loop_{name}": [value for value, _ in _widths(data, name)] for name in shown_signals(data)}
-    errors = {f"error_loop_{name}": [error for _, error in _widths(data, name)] for name in shown_signals(data)}
+    keys = (f"{kind}_{name}" for kind in ("loop", "error_loop") for name in shown_signals(data))
+    loops = {key: data.attrs[key] for key in keys}
     own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
-    return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops | errors
+    return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops
 
 
 def difference_table(cheap: xr.Dataset, full: xr.Dataset) -> Table:
@@ -62,17 +62,11 @@ def difference_record(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, Any]:
     return {"difference_percent": difference(cheap, full)} | loops
 
 
-def _widths(data: xr.Dataset, name: str) -> list[tuple[float, float]]:
-    """Return width and error of each loop."""
-    widths, errors = data.attrs[f"loop_{name}"], data.attrs[f"error_loop_{name}"]
-    return list(zip(widths, errors, strict=True))
-
-
 def loop_curves(data: xr.Dataset) -> Figure:
     """Plot the signals under a cyclic load, each against the largest component of the load."""
     peak, names = request_of(data)["peak"], shown_signals(data)
     force = max((name for name in WRENCH if peak[name]), key=lambda name: abs(peak[name]), default="F_z")
-    load, turns = peak[force] * data["share"].to_numpy(), _turns(data["share"].to_numpy())
+    load, turns = peak[force] * data["share"].to_numpy(), cycles_of(data["share"].to_numpy())
     with new_figure(0.8 if len(names) == 1 else 0.62, columns=len(names)) as (figure, every):
         for axes, name in zip(every, names, strict=True):
             for number, (stroke, span) in enumerate(zip(strokes(len(turns)), turns, strict=True), 1):
@@ -85,9 +79,3 @@ def loop_curves(data: xr.Dataset) -> Figure:
         figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading{by_models(data)}, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure
-
-
-def _turns(share: Array) -> list[slice]:
-    """Return where each cycle of a load lies, from one least share to the next."""
-    least = np.flatnonzero((share[1:-1] < share[:-2]) & (share[1:-1] <= share[2:])) + 1
-    return [slice(a, b + 1) for a, b in pairwise([0, *least.tolist(), len(share) - 1])]

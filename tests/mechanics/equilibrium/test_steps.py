@@ -12,7 +12,7 @@ from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.material import silicone_from
 
 PRONY = [{"weight": 0.3, "time": 0.5}]
-LOAD = np.array([0.1, 0.5, 0.0])
+LOAD, FREE = np.array([0.1, 0.5, 0.0]), np.zeros(3, dtype=bool)
 
 
 def body(**more):
@@ -30,16 +30,16 @@ def elastic():
 
 def test_long_time_ends_at_the_elastic_rest(elastic):
     own = body(prony=PRONY)
-    now = later(own, begun(own), 0.0, LOAD)
+    now = later(own, begun(own), 0.0, LOAD, FREE)
     for _ in range(4):
-        now = later(own, now, 1000.0, LOAD)
+        now = later(own, now, 1000.0, LOAD, FREE)
     np.testing.assert_allclose(now.state.q, elastic.q, rtol=1e-8, atol=1e-12)
 
 
 def test_a_sudden_load_meets_the_instantaneous_layer():
     """A law 1/(1 - w) times as stiff in shear, of the same bulk modulus."""
     soft, stiff = body(prony=PRONY), body(shear_modulus=2e4 / 0.7)
-    now = later(soft, begun(soft), 0.0, LOAD)
+    now = later(soft, begun(soft), 0.0, LOAD, FREE)
     there = advance(stiff, rest(stiff), Path((np.zeros(3), 0.7 * LOAD))).state  # loads are in shear moduli
     np.testing.assert_allclose(now.state.q, there.q, rtol=1e-7, atol=1e-12)
 
@@ -47,15 +47,15 @@ def test_a_sudden_load_meets_the_instantaneous_layer():
 def test_what_is_kept_is_of_its_own_time():
     """An unloaded layer creeps back, and a moment can be gone on from twice."""
     own = body(prony=PRONY)
-    now = later(own, begun(own), 1.0, LOAD)
-    off = later(own, now, 0.01, np.zeros(3))
-    again = later(own, now, 0.01, np.zeros(3))
+    now = later(own, begun(own), 1.0, LOAD, FREE)
+    off = later(own, now, 0.01, np.zeros(3), FREE)
+    again = later(own, now, 0.01, np.zeros(3), FREE)
     np.testing.assert_array_equal(off.state.q, again.state.q)
-    back = later(own, off, 5.0, np.zeros(3))
+    back = later(own, off, 5.0, np.zeros(3), FREE)
     assert abs(off.state.q[1]) > 10 * abs(back.state.q[1]) > 0.0
 
 
 def test_a_load_that_is_not_carried_gives_its_reason():
     own = body(prony=PRONY)
-    found = later(own, begun(own), 1.0, np.array([0.0, -400.0, 0.0]))
+    found = later(own, begun(own), 1.0, np.array([0.0, -400.0, 0.0]), FREE)
     assert found in ("lost", "inverted", "turned", "buckled", "long")
