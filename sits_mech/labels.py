@@ -59,10 +59,6 @@ _VARIABLES = {name: (shown_unit(name), words) for name, words in _COMPONENTS.ite
     "elastic_share": ("1", "share of the elastic answer to the largest load"),
     "given": ("1", "whether the history names this time"),
     "finite_strain": ("1", "share by which a press of 1 N changes how far a cell sinks per newton"),
-    **{
-        f"{read}_by_{force}": ("1", f"largest {read} that a cell reads, over {force} on another cell")
-        for read in ("F_z", "F_x", "F_y") for force in ("F_z", "F_x", "F_y")
-    },
     "min_J": ("1", "smallest volume ratio in the layer"),
     "stretch": ("1", "99.9th-percentile stretch, or its reciprocal, in the layer"),
     "largest_stretch": ("1", "largest stretch over the loads"),

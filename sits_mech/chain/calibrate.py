@@ -153,10 +153,7 @@ def tabulated(
     import xarray as xr
 
     grid, fixed = axes
-    places = [name for name in TOUCH if name in grid or name in fixed]
-    every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
-    loads = loads_of(every, sensor.touched_point)
-    columns, read, shown, error = _read(sensor, found, grid, loads, request, slopes, direct)
+    columns, read, shown, error = _read(sensor, found, axes, request, slopes, direct)
     coils = sensor.coil_names
     coords = {**grid, "coil": coils, "coil_2": coils, **fixed} | ({"thermal_cause": list(CAUSES)} if slopes else {})
     data = xr.Dataset(columns, coords)
@@ -170,13 +167,17 @@ def tabulated(
 
 
 def _read(
-    sensor: Sensor, found: AimedLoads, grid: Axes, loads: Sequence[Wrench], request: Mapping[str, Any],
+    sensor: Sensor, found: AimedLoads, axes: tuple[Axes, Mapping[str, float]], request: Mapping[str, Any],
     slopes: Callable[[Impedance, Sequence[Equilibrium]], Columns] | None, direct: Direct | None,
 ) -> tuple[Columns, list[Equilibrium], Impedance, float]:
     """Return the columns of all loads, rests and impedances of those with a reading, and the largest error of these.
 
     It is over the signals' full scale, with all that is left out.
     """
+    grid, fixed = axes
+    places = [name for name in TOUCH if name in grid or name in fixed]
+    every = {name: grid.get(name, [fixed.get(name, 0.0)]) for name in (*WRENCH, *places)}
+    loads = loads_of(every, sensor.touched_point)
     settled = [found.settled[load] for load in loads]
     status = [status_of(sensor, one) for one in settled]
     good = [word == OK for word, _ in status]
