@@ -9,10 +9,10 @@ so that what is bent counts as a motion by its mean over the target with the wei
 
     b_c = mean_c (w - w_rigid),         h_c = mean_c w_rigid.
 
-What the rigid target's answer leaves out of d_v is max_c |b_c| over max_c |h_c| under what presses, of the rotations
-the same under what tilts it, the largest of all loads that are asked for (mechanics/bending.py). The chain makes errors
-of the inductances of it, as of all that the mechanics leave out. All models leave it out alike: it decides no choice.
-Where it takes half of the tolerance, `block` bends the target (`solved_bending`).
+Both are those of rigid motions, by least squares over the coils (mechanics/bending.py); what the rigid target's answer
+leaves out of d_v, alpha and alpha_x is the largest of one over the largest of the other, of all loads that are asked.
+The chain makes errors of the inductances of it, as of all that the mechanics leave out. All models leave it out alike:
+it decides no choice. Where it takes half of the tolerance, `block` and `axisymmetric` bend the target.
 """
 
 from __future__ import annotations
@@ -23,18 +23,16 @@ from functools import partial
 
 import numpy as np
 
-from sits_mech.chain.propagation import unloaded_pose
+from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.mechanics.bending import Bending, BondedPlate, bonded_plate
 from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import Omission, OmissionKind, Relative
-from sits_mech.quantities import POSE, WRENCH, Array, Pose, Wrench
+from sits_mech.quantities import POSE, Array, Pose, Wrench
 from sits_mech.scene.sensor import Coil, Sensor
 
 _STEP = 1e-3  # of a height, over which fields are differences of potentials: to 1e-6
 _SEEN = 1e-6  # of what the target moves at most: coils that see less of a part of a load see none of it
-_TILTS = tuple(POSE.index(name) for name in ("alpha", "alpha_x"))
-_DOWN = POSE.index("d_v")
 
 
 def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tuple[Omission, ...]:
@@ -63,27 +61,13 @@ def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tupl
 
 def _changes(sensor: Sensor, plate: BondedPlate, loads: Sequence[Wrench], stiffness: float) -> tuple[Array, float]:
     """Return what bending changes of a pose, over its components (6,), and the largest deflection under loads [m]."""
-    each = [_parts_of(load, touched=sensor.touch is not None) for load in loads]
-    presses, tilts = (list(dict.fromkeys(part for parts in each for part in parts[k])) for k in (0, 1))
-    found = plate.bent([*presses, *tilts, *loads], stiffness)
-    weights = seen_shares(sensor, plate, unloaded_pose(sensor))
-    bend, rigid = (np.abs(part @ weights).max(axis=1) for part in (found.bend, found.rigid))
-    seen = rigid > _SEEN * np.abs(found.rigid).max(axis=1)
-    shares = np.divide(bend, rigid, out=np.zeros_like(bend), where=seen)
-    changes, count = np.zeros(len(POSE)), len(presses)
-    changes[_DOWN] = shares[:count].max(initial=0.0)
-    changes[list(_TILTS)] = shares[count:][: len(tilts)].max(initial=0.0)
-    return changes, float(np.abs(found.bend[count + len(tilts) :]).max())
-
-
-def _parts_of(load: Wrench, *, touched: bool) -> tuple[list[Wrench], list[Wrench]]:
-    """Return unit loads that one is made of: what presses, and what tilts the target, a touch off its middle both."""
-    moments = {"M": load.M, "M_x": load.M_x}
-    press = {"F_z": load.F_z} | (moments if touched else {})
-    alone = {name: getattr(load, name) for name in WRENCH if name not in press and name not in ("F_z", "M_z")}
-    presses = [Wrench(**{name: value / load.F_z for name, value in press.items()})] if load.F_z else []
-    off = [each for each in presses if each.M or each.M_x]
-    return presses, [*off, *(Wrench(**{name: 1.0}) for name, value in alone.items() if value)]
+    found, weights = plate.bent(loads, stiffness), seen_shares(sensor, plate, unloaded_pose(sensor))
+    bend, rigid = (plate.as_motion(part @ weights, weights) for part in (found.bend, found.rigid))
+    moved, lever = np.abs(rigid[0]).max(axis=0), levers(sensor)
+    changes = np.abs(bend[0]) + bend[1][:, None] * (np.arange(len(POSE)) == POSE.index("d_v"))
+    seen = moved * lever > _SEEN * np.abs(found.rigid).max()
+    shares = np.divide(changes.max(axis=0), moved, out=np.zeros(len(POSE)), where=seen)
+    return shares, float(np.abs(found.bend).max())
 
 
 def solved_bending(sensor: Sensor) -> Bending:

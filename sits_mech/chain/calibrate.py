@@ -29,7 +29,7 @@ from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
-from sits_mech.quantities import TOUCH, WRENCH, Equilibrium, Impedance, MechanicalModel, Wrench
+from sits_mech.quantities import TOUCH, WRENCH, Equilibrium, Impedance, MechanicalModel
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import SceneError, Sensor, known_stretch, provenance, silicones_of
 from sits_mech.scene.thermal import CAUSES, unknown_coefficients

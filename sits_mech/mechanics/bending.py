@@ -142,6 +142,18 @@ class BondedPlate:
         free[rows] = np.linalg.solve(whole[np.ix_(rows, rows)], f[rows])
         return Bent((up @ rigid).T, (up @ (free - rigid)).T)
 
+    def as_motion(self, b: Array, weights: Array) -> tuple[Array, Array]:
+        """Return motions (l, 6) of a rigid target that move what coils see by b (l, n), and the most they are off by.
+
+        `weights` (p, n) are what its points count for each coil; of motions that coils do not tell apart the least.
+        """
+        columns, lever = [1, 2, 4], 0.5 * max(self.target.extent)
+        seen = (weights.T @ self.upwards[:, columns]) / (1.0, lever, lever)
+        some = np.linalg.lstsq(seen, b.T, rcond=1e-6)[0]
+        motion = np.zeros((len(b), 6))
+        motion[:, columns] = some.T / (1.0, lever, lever)
+        return motion, np.abs(seen @ some - b.T).max(axis=0)
+
     def work(self, load: Wrench) -> Array:
         """Return the work of a load on q and a, shape (6 + m,)."""
         h, own = self.target.load_height, load.components
@@ -168,7 +180,7 @@ class Bending:
         if step is None:
             return found
         w, weights = self.plate.upwards @ step, self.seen(found.pose)
-        shift, unlike = self._as_motion(w @ weights, weights)
+        (shift,), (unlike,) = self.plate.as_motion(w[None] @ weights, weights)
         share = _OFF + min(1.0, _STRETCHES * (np.ptp(w) / self.plate.target.thickness) ** 2)
         off = share * np.abs(shift)
         off[1] = share * np.max(np.abs(w) @ weights) + unlike
@@ -205,16 +217,6 @@ class Bending:
         shapes = np.zeros((*body.bonded.shape, some.shape[1]))
         shapes[:, -1] = self.plate.heights(thickness * body.X[:, :2])[:, 6:] @ some
         return shapes, some
-
-    def _as_motion(self, b: Array, weights: Array) -> tuple[Array, float]:
-        """Return the motion (6,) of a rigid target that moves what coils see by b (n,), and the most it is off by."""
-        columns, lever = [1, 2, 4], 0.5 * max(self.plate.target.extent)
-        seen = (weights.T @ self.plate.upwards[:, columns]) / (1.0, lever, lever)
-        some = np.linalg.lstsq(seen, b, rcond=1e-6)[0]
-        shift = np.zeros(6)
-        shift[columns] = some / (1.0, lever, lever)
-        return shift, float(np.abs(seen @ some - b).max())
-
 
 @lru_cache(maxsize=8)
 @one_thread
