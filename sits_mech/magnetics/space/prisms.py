@@ -36,7 +36,7 @@ from sits_mech.scene.outlines import signed_area
 
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
 _PAIRS, _BLOCK = 250_000, 4096  # held at once, and as many as a cache holds
-_ROUNDING = 1e-15
+_ROUNDING = 1e-15  # what two sides of a triangle are longer than the third by at least, of their sum
 _TIMES = 9e-7, 2.4e-6, 1.4e-7  # s of processor time that a point of a near pair takes, a pair between, a far one
 FEW, MANY = 3, 5
 """Gauss points along each side of the base of a near prism."""

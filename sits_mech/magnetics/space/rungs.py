@@ -168,8 +168,8 @@ class ImpedanceLimit:
     whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
     square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
     that of R falls much faster in few cells, less than four parts, that of L, but close to coils, between both: the
-    error is a share of what is between. Where the levels along are two, their whole rest is its error; where cells are
-    few, all rests at least.
+    error is a share of what is between; close to coils all faces are as rims. Where the levels along are two, their
+    whole rest is its error; where cells are few, all rests at least.
     """
 
     rung: PlateRung

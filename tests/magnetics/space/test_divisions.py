@@ -161,12 +161,12 @@ def test_a_plate_that_no_division_fits_is_refused_before_it_is_made(monkeypatch:
 
 
 def test_the_time_of_prisms_is_known_before_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tall cells of a thick disc are all near each other, two hundred times as dear as far ones."""
+    """Tall cells of a thick disc are all near each other, a hundred and sixty times as dear as far ones."""
     target = 'target={material="copper", shape="disc", diameter="12 mm", thickness="1 m"}'
-    monkeypatch.setenv(SECONDS.variable, "10")
+    monkeypatch.setenv(SECONDS.variable, "3")
     monkeypatch.setattr(divisions, "prepare_near", None)  # is not reached
     model = sheets(load_sensor("triaxial-4", [target, "frequency=1e-6"]), 0.1)
-    with pytest.raises(SceneError, match=r"^sheets: the preparation of a plate of .* GiB must take at most 10 s"):
+    with pytest.raises(SceneError, match=r"^sheets: the preparation of a plate of .* GiB must take at most 3 s"):
         model.impedance(Pose(0.0, 2e-3), 1e-6)
 
 
