@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sits_mech.mechanics.equilibrium import increments
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.increments import begun, later
 from sits_mech.mechanics.equilibrium.outcome import Path
@@ -42,6 +43,16 @@ def test_a_sudden_load_meets_the_instantaneous_layer():
     now = later(soft, begun(soft), 0.0, LOAD, FREE)
     there = advance(stiff, rest(stiff), Path((np.zeros(3), 0.7 * LOAD))).state  # loads are in shear moduli
     np.testing.assert_allclose(now.state.q, there.q, rtol=1e-7, atol=1e-12)
+
+
+def test_a_held_place_relaxes_and_is_gone_on_from(monkeypatch):
+    """A small shear is held by 1/(1 - w) times the force of long after; the next step begins at the place."""
+    own, held, place, paths = body(prony=PRONY), np.arange(3) == 0, np.array([1e-6, 0.0, 0.0]), []
+    monkeypatch.setattr(increments, "advance", lambda *given, **rule: paths.append(given[2]) or advance(*given, **rule))
+    now = later(own, begun(own), 0.0, place, held)
+    last = later(own, now, 1000.0, 2.0 * place, held)
+    assert now.state.load[0] / last.state.load[0] == pytest.approx(0.5 / 0.7, rel=1e-3)
+    assert paths[1].goals[0].tolist() == place.tolist()
 
 
 def test_what_is_kept_is_of_its_own_time():
