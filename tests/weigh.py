@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 67_730, "core lines": 38_265, "tokens": 582_700, "named numbers": 691, "branching functions": 89,
+    "lines": 67_915, "core lines": 38_430, "tokens": 585_020, "named numbers": 692, "branching functions": 87,
     "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 109, "entered in the plane": 116,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

@@ -70,7 +70,6 @@ DEGREE = 6
 """Of the shapes: 4 and 10 differ from it by 1 % of what coils see of a foil pressed at a point (test_bending.py)."""
 _POINTS = 16  # of Gauss along each side of an outline: twice as many change what coils see of 22 mm by 1 %
 _OFF = 0.1  # of what bends: foils meshed in space show as much (tests/mechanics/test_bending.py)
-_STRETCHES = 0.5  # times (range of w/h)^2, what stretching of the plate adds to its stiffness
 _STEPS = 64  # along each side of a drawn outline
 
 
@@ -181,7 +180,7 @@ class Bending:
             return found
         w, weights = self.plate.upwards @ step, self.seen(found.pose)
         (shift,), (unlike,) = self.plate.as_motion(w[None] @ weights, weights)
-        share = _OFF + min(1.0, _STRETCHES * (np.ptp(w) / self.plate.target.thickness) ** 2)
+        share = _OFF + min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
         off = share * np.abs(shift)
         off[1] = share * np.max(np.abs(w) @ weights) + unlike
         bent = replace(found, pose=Pose.of(found.pose.components + shift))
