@@ -98,8 +98,8 @@ def cost(title: str, sensor: Sensor, mechanics: str, tolerance: float, parts: in
     moved = motion_of(sensor, mechanical_model(sensor, mechanics, tolerance)[0], way)
     middle = time.process_time()
     layer, start = mechanical_model(sensor, mechanics, tolerance)[0], None
-    for wrench in way.loads:
-        start = layer.equilibrium(wrench, start=start)
+    for load in way.course.tolist():
+        start = layer.equilibrium(Wrench(*load), start=start)
     end = time.process_time()
     each, elastic = (middle - began) / moved.time.size, (end - middle) / way.time.size
     return {

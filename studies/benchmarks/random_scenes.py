@@ -31,7 +31,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import magnetic_model
 from sits_mech.chain.plan import plan
-from sits_mech.chain.simulate import Simulation, at_rest, simulate, simulated
+from sits_mech.chain.simulate import Simulation, at_rest, mechanical_omissions, simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.magnetics.sheets import not_representable, sheets
@@ -130,7 +130,8 @@ def richest(
 ) -> tuple[Impedance, Array, Array]:
     """Return the same by block on finer meshes and by sheets to a tolerance."""
     if load is not None:
-        rest = at_rest(sensor, block_pad(sensor, STIFF if short(sensor) is sensor else LONG), load)
+        pad = block_pad(sensor, STIFF if short(sensor) is sensor else LONG)
+        rest = at_rest(sensor, pad, load, mechanical_omissions(sensor, "block", [load]))
         return read(simulated(sensor, Tracked(sheets(short(sensor), tolerance), short(sensor)), rest))
     assert pose is not None
     shown = Tracked(sheets(sensor, tolerance), sensor).impedance(pose, sensor.frequency)

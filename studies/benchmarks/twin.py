@@ -24,7 +24,7 @@ from common.outputs import study_arguments, write_rows
 from sits_mech.analysis.bench import absolute, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.simulate import at_rest, simulated
+from sits_mech.chain.simulate import at_rest, mechanical_omissions, simulated
 from sits_mech.export.source import Source
 from sits_mech.export.twin.folder import write_twin
 from sits_mech.export.twin.twin import Twin
@@ -101,7 +101,8 @@ def against_chain(twin: Twin, source: Source, cal: Calibration, count: int) -> d
     off, by_pose, failed = [], [], 0
     for load in loads:
         try:
-            found = simulated(sensor, field, at_rest(sensor, layer, load))
+            left_out = mechanical_omissions(sensor, names[0], [load])
+            found = simulated(sensor, field, at_rest(sensor, layer, load, left_out))
         except SolveFailed:
             failed += 1
             continue

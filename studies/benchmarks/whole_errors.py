@@ -29,7 +29,7 @@ from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import magnetic_model
-from sits_mech.chain.simulate import at_rest, simulate, simulated
+from sits_mech.chain.simulate import at_rest, mechanical_omissions, simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import turn_radii
@@ -144,7 +144,8 @@ def reference(drawn: Drawn) -> Impedance | None:
     sensor, pose = drawn.sensor, drawn.pose
     try:
         if drawn.load is not None:
-            rest = at_rest(sensor, block_pad(sensor, STIFF), drawn.load)
+            left_out = mechanical_omissions(sensor, "block", [drawn.load])
+            rest = at_rest(sensor, block_pad(sensor, STIFF), drawn.load, left_out)
             return simulated(sensor, Tracked(sheets(sensor, 0.1 * ASKED), sensor), rest).impedance
         assert pose is not None
         if "axis" in drawn.kind:
