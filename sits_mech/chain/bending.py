@@ -63,8 +63,8 @@ def _changes(sensor: Sensor, plate: BondedPlate, loads: Sequence[Wrench], stiffn
     """Return what bending changes of a pose, over its components (6,), and the largest deflection under loads [m]."""
     found, weights = plate.bent(loads, stiffness), seen_shares(sensor, plate, unloaded_pose(sensor))
     bend, rigid = (plate.as_motion(part @ weights, weights) for part in (found.bend, found.rigid))
-    moved, lever = np.abs(rigid[0]).max(axis=0), levers(sensor)
-    changes = np.abs(bend[0]) + bend[1][:, None] * (np.arange(len(POSE)) == POSE.index("d_v"))
+    moved, lever, changes = np.abs(rigid[0]).max(axis=0), levers(sensor), np.abs(bend[0])
+    changes[:, POSE.index("d_v")] += bend[1]
     seen = moved * lever > _SEEN * np.abs(found.rigid).max()
     shares = np.divide(changes.max(axis=0), moved, out=np.zeros(len(POSE)), where=seen)
     return shares, float(np.abs(found.bend).max())
