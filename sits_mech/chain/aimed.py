@@ -11,8 +11,8 @@ loads are solved on the first meshes, finer ones follow until the worst of them 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -56,12 +56,16 @@ class Aim:
     goal: Goal
     tolerance: float
     asked: float  # tolerance of the magnetic model, as for `loaded_model`
-    left_out: float = 0.0  # what the mechanical model leaves out, of full scale
 
     @property
     def left(self) -> float:
         """The part of the tolerance that is left to the numerics of the mechanics."""
-        return left_beside(self.left_out, self.goal.left(self.tolerance))
+        return self.goal.left(self.tolerance)
+
+    def beside(self, own: Sequence[Equilibrium], whole: Sequence[Equilibrium]) -> Aim:
+        """Return the aim beside what the model leaves out, by equilibria without it and with it."""
+        numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
+        return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Look:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
@@ -77,11 +81,6 @@ class Aim:
         if planned.error > SURE * self.tolerance:
             can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s, which best takes"
             raise SceneError(f"tolerance: must be one that can be reached at {where}; got {self.tolerance:g}: {can}")
-
-
-def left_beside(left_out: float, tolerance: float) -> float:
-    """Return what a tolerance leaves to numerics beside what is left out; all of it where that takes half or more."""
-    return tolerance - left_out if left_out < HALF * tolerance else tolerance
 
 
 def aim_at(
@@ -115,10 +114,14 @@ class AimedLoads(NamedTuple):
     goal: Goal | None = None  # None where no signal changes
 
 
-def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedLoads:
+def aimed_loads(
+    grid: LayerGrid, magnetics: str, *, best: bool = True,
+    whole: Callable[[Sequence[Equilibrium]], Sequence[Equilibrium]] = lambda rests: rests,
+) -> AimedLoads:
     """Solve a grid of loads to a tolerance of the signals' full scale.
 
-    `magnetics` is the magnetic model's name as asked for. A tolerance that cannot be reached is answered with what is;
+    `magnetics` is the magnetic model's name as asked for; `whole` adds what the mechanical model leaves out to the
+    errors of equilibria. A tolerance that cannot be reached is answered with what is;
     without `best` it raises SceneError.
     """
     sensor, layer, symmetry, keep = grid.sensor, grid.layer, grid.symmetry, grid.keep
@@ -129,8 +132,10 @@ def aimed_loads(grid: LayerGrid, magnetics: str, *, best: bool = True) -> AimedL
 
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""
+        rests = [one.rest for one in some if one.rest]
         poses = readable_poses(sensor, some)
-        return aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
+        found = aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
+        return None if found is None else found.beside(rests, whole(rests))
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
         sizes = np.abs([load.components for load in loads])  # the load whose components are largest, each of its own

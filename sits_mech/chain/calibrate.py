@@ -134,7 +134,8 @@ def calibrate(
         layer = WithSlopes(layer, tuple(numbers[1]))
     keep = (folder, kept_key(sensor, by_layer.name, tolerance, drift=drift))
     asked = LayerGrid(sensor, layer, axes, symmetry_of(sensor), tolerance, keep, progress)
-    found = aimed_loads(asked, magnetics, best=best)
+    whole = partial(with_omissions, sensor, name=by_layer.name)
+    found = aimed_loads(asked, magnetics, best=best, whole=whole)
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
     return tabulated(sensor, found, request, (grid, fixed), slopes=slopes)

@@ -35,10 +35,11 @@ class Goal:
 
     weights: Array  # (s, 6), G at the pose that moves the target farthest [1/m, 1/rad]
     magnetics: float  # error of the magnetic model, of full scale
+    left_out: float = 0.0  # what the mechanical model leaves out, of full scale
 
     def left(self, tolerance: float) -> float:
-        """Return the part of a tolerance that is left to the mechanics."""
-        return max(tolerance - self.magnetics, HALF * tolerance)
+        """Return the part of a tolerance that is left to the numerics of the mechanics."""
+        return left_beside(self.left_out, max(tolerance - self.magnetics, HALF * tolerance))
 
     def of(self, poses: Bounded) -> float:
         """Return the largest error of poses, (..., 6), in all, of full scale."""
@@ -47,6 +48,11 @@ class Goal:
     def mechanics(self, poses: Bounded) -> float:
         """Return what the errors of poses, (..., 6), are of full scale at most."""
         return float(np.max(poses.mapped(self.weights).error, initial=0.0))
+
+
+def left_beside(left_out: float, tolerance: float) -> float:
+    """Return what a tolerance leaves to numerics beside what is left out; all of it where that takes half or more."""
+    return tolerance - left_out if left_out < HALF * tolerance else tolerance
 
 
 def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal | None:

@@ -215,7 +215,9 @@ def _between(
     plane = np.arange(end) < 3
     sizes = np.where(plane | np.array([load.out_of_plane != () for load in loads])[:, None], sizes, 0.0)
     most = max(rest.report.estimated_error for rest in solved)
-    report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=(Note(NoteKind.INTERPOLATED),))
+    bent = [note for rest in solved for note in rest.report.notes if note.kind is NoteKind.BENT]
+    notes = (Note(NoteKind.INTERPOLATED), *sorted(bent, key=lambda note: note.known["deflection"])[-1:])
+    report = SolveReport("interpolated", 0, 0, 0.0, most, 0.0, notes=notes)
     return settled | {
         load: allowed_by_symmetry(Settled(Equilibrium(
             load, Pose.of(place[:end]), Pose.of(size), np.zeros(0),

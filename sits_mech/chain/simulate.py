@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.aimed import Promise, aim_at, left_beside
+from sits_mech.chain.aimed import Promise, aim_at
 from sits_mech.chain.bending import bending
-from sits_mech.chain.goal import Goal, goal_at
+from sits_mech.chain.goal import Goal, goal_at, left_beside
 from sits_mech.chain.models import MECHANICS, Choice, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded_pose
@@ -204,9 +204,9 @@ def rest_flags(
 
 def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str) -> list[Equilibrium]:
     """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
-    left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests]) if rests else ()
-    of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
+    left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests], bent=all(bent)) if rests else ()
+    of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     return [_with(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]
 
 
@@ -283,8 +283,7 @@ def aimed_rest(
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
         return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
-    numerics, whole = (aim.goal.mechanics(poses_of([each])) for each in (first, _with(sensor, first, left_out)))
-    aim = replace(aim, left_out=whole - numerics)
+    aim = aim.beside([first], [_with(sensor, first, left_out)])
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))

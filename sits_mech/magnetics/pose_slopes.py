@@ -14,14 +14,15 @@ change against each other: all steps of a pose are served by the same ones (`She
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sits_mech.geometry.collision import room
-from sits_mech.magnetics.sheets import Sheets
+from sits_mech.magnetics.sheets import Sheets, sheets
+from sits_mech.magnetics.space.lift import Lift
 from sits_mech.magnetics.tracks import Tracked
 from sits_mech.maps.differences import CENTRAL, FIRST, Stencil
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
@@ -30,6 +31,7 @@ from sits_mech.scene.sensor import Sensor
 STEP = 0.01
 """Of the room around the target; of ln f."""
 
+_ROUGH = 1e-2  # tolerance of what bends
 _QUICK = -0.1  # of that, towards the coils, where slopes are steeper
 
 
@@ -73,6 +75,22 @@ def pose_slopes(
             shares = _shares(there - free, values[0] - (near.L0 if free is whole.L0 else 0.0))
         by_pose.append(slope if coarse is None else slope * shares[..., None])
     return whole, by_pose[0], by_pose[1]
+
+
+def lift_slopes(sensor: Sensor, pose: Pose, shapes: Callable[[Array], Array], sizes: Array) -> Array:
+    """Return how coils see the target lifted by K shapes over how they see it lifted by the first of them, (K, n).
+
+    `shapes` as of `Lift`; `sizes` (K,) are the largest of each [1, m]. By differences of `sheets` on its coarsest
+    division, without fixed plates; raises as that.
+    """
+    alone = sensor.model_copy(update={"conductors": ()})
+    each = abs(_QUICK) * STEP * room(alone, pose) * np.diag(1.0 / sizes)
+    lift = Lift(shapes, np.concatenate([each, -each]), 0.5 * alone.target.thickness if alone.target else 0.0)
+    model = replace(sheets(alone, _ROUGH).beside(alone, single=True), lift=lift)
+    found = model.impedance(Pose.of(np.tile(pose.components, (len(lift.sizes), 1))), sensor.frequency)
+    up, down = np.split(np.diagonal(found.L, axis1=1, axis2=2), 2)
+    changed = up - down
+    return np.asarray(changed / changed[0] * sizes[:, None] / sizes[0])
 
 
 def _moved(

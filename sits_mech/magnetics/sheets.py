@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -45,6 +45,7 @@ from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import FieldRequest as Field
+from sits_mech.magnetics.space.lift import Lift
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, field_of_all
 from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
 from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung, fitting
@@ -90,6 +91,7 @@ class Sheets:
     disc, by whose preparations this one is divided; `single` asks for the coarsest division alone, for differences from
     such a scene, without errors. `steady` are gaps and anchors of plates, whose preparations serve poses, one after the
     other and again from the first on, whatever their gaps are: of `prepared_at`.
+    `lift` bends the target of poses that are all alike, to first order: its points see the coils from where they are.
     """
 
     sensor: Sensor
@@ -98,6 +100,7 @@ class Sheets:
     like: Sensor | None = None
     single: bool = False
     steady: tuple[tuple[tuple[float, ...], float], ...] = ()
+    lift: Lift | None = field(default=None, compare=False)
 
     @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
@@ -209,7 +212,7 @@ class Sheets:
         notes = [*large]
         for part, each in zip(parts, plates, strict=True):
             notes += [note.with_numbers(part=part.title) if part.title else note for note in each.notes]
-        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places, rung.step)
+        seen = Posed(sensor.coils, self.windings, parts[0].turns, parts[0].places, rung.step, self.lift)
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])

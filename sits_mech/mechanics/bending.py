@@ -28,9 +28,10 @@ presses on the shapes by r, a step of Newton's method, of which a second one cha
 
     (K(q) + P) (dq, a) = (0, f_a - r).
 
-What coils see of w, b_c = mean_c w, is that of a rigid target moved by the (d_z, alpha, alpha_x) of least squares over
-the coils, which the pose takes. Error: of mean_c |w| a tenth, as foils meshed in space show on the second mesh, and
-what a plate of thickness h resists besides as it must stretch to bend, which is less than
+What coils see of w, b_c, linear in q and a (`Seen`), is that of a rigid target moved by the (d_z, alpha, alpha_x) of
+least squares over the coils, which the pose takes, extrapolated from the first two meshes. Error: that of the limit;
+what shapes of two degrees less change; what a plate of thickness h resists besides as it must stretch to bend, less
+than
 
     1/2 (range of w / h)^2,
 
@@ -52,9 +53,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legval
 
-from sits_mech.mechanics.equilibrium.body import Bonded, rest
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.equilibrium.linearisation import bending_step, bonded_stiffness
+from sits_mech.mechanics.equilibrium.linearisation import bending_equations, bonded_stiffness
 from sits_mech.mechanics.levels.answer import enlarged, relative, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import undeformed_pad
@@ -69,17 +70,25 @@ from sits_mech.threads import one_thread
 DEGREE = 6
 """Of the shapes: 4 and 10 differ from it by 1 % of what coils see of a foil pressed at a point (test_bending.py)."""
 _POINTS = 16  # of Gauss along each side of an outline: twice as many change what coils see of 22 mm by 1 %
-_OFF = 0.1  # of what bends: foils meshed in space show as much (tests/mechanics/test_bending.py)
 _STEPS = 64  # along each side of a drawn outline
 
 
 class Derivatives(NamedTuple):
-    """Shapes at points and their second derivatives, (p, m) each [1, 1/m^2]."""
+    """Shapes at points and their derivatives, (p, m) each [1, 1/m, 1/m^2]."""
 
     value: Array
+    x: Array
+    y: Array
     xx: Array
     yy: Array
     xy: Array
+
+
+class Seen(NamedTuple):
+    """How n coils see q and a as they see the target move upwards: (6 + m, n), and what is missed of the mean |w|."""
+
+    parts: Array
+    off: float
 
 
 @dataclass(frozen=True)
@@ -112,7 +121,7 @@ class BondedPlate:
     def plate(self) -> Array:
         """P over D, shape (m, m) [1/m^2]."""
         at = _shapes(self.target, self.degrees, self.places)
-        nu, xx, yy, xy = self.target.poisson, *((each * self.areas[:, None]).T for each in at[1:])
+        nu, xx, yy, xy = self.target.poisson, *((each * self.areas[:, None]).T for each in at[3:])
         both = (xx + yy) @ (at.xx + at.yy)
         return np.asarray(both - (1.0 - nu) * (xx @ at.yy + yy @ at.xx - 2.0 * xy @ at.xy))
 
@@ -122,16 +131,25 @@ class BondedPlate:
         motion = [none, none + 1.0, -x, none, y, none]
         return np.column_stack([*motion, _shapes(self.target, self.degrees, places).value - self._plane(places)])
 
+    def lifts(self, places: Array) -> Array:
+        """Return how q and a move places (n, 2) upwards, with derivatives x, y, xx, xy, yy, shape (6, n, 6 + m)."""
+        at, a = _shapes(self.target, self.degrees, places), 0.5 * np.array(self.target.extent)
+        found = np.zeros((6, len(places), 6 + len(self.degrees)))
+        found[0], found[1, :, 2], found[2, :, 4] = self.heights(places), -1.0, 1.0
+        found[1:3, :, 6:] = at.x - self.plane[1] / a[0], at.y - self.plane[2] / a[1]
+        found[3:, :, 6:] = at.xx, at.xy, at.yy
+        return found
+
     def _plane(self, places: Array) -> Array:
         """Return what shapes have in common with 1, x and y at places (n, 2), shape (n, m)."""
         return _linear(self.target, places) @ self.plane
 
-    def bent(self, loads: Sequence[Wrench], stiffness: float, places: Array | None = None) -> Bent:
-        """Return how loads about the middle of its top face move a target of bending stiffness D [N m].
+    def answers(self, loads: Sequence[Wrench], stiffness: float) -> tuple[Array, Array]:
+        """Return q and a of a rigid target under loads about the middle of its top face, and what bending adds.
 
-        At places (n, 2) from its middle [m], by default its own points.
+        Of bending stiffness D [N m]; shape (6 + m, l) each.
         """
-        rows, up = np.flatnonzero(np.diag(self.pad) > 0.0), self.upwards if places is None else self.heights(places)
+        rows = np.flatnonzero(np.diag(self.pad) > 0.0)
         motion = rows[rows < 6]
         f = np.array([self.work(load) for load in loads]).reshape(-1, len(self.pad)).T
         whole = self.pad.copy()
@@ -139,19 +157,24 @@ class BondedPlate:
         rigid, free = np.zeros_like(f), np.zeros_like(f)
         rigid[motion] = np.linalg.solve(self.pad[np.ix_(motion, motion)], f[motion])
         free[rows] = np.linalg.solve(whole[np.ix_(rows, rows)], f[rows])
-        return Bent((up @ rigid).T, (up @ (free - rigid)).T)
+        return rigid, free - rigid
 
-    def as_motion(self, b: Array, weights: Array) -> tuple[Array, Array]:
-        """Return motions (l, 6) of a rigid target that move what coils see by b (l, n), and the most they are off by.
+    def bent(self, loads: Sequence[Wrench], stiffness: float, places: Array) -> Bent:
+        """Return how loads, as of `answers`, move places (n, 2) from its middle [m]."""
+        return Bent(*((self.heights(places) @ each).T for each in self.answers(loads, stiffness)))
 
-        `weights` (p, n) are what its points count for each coil; of motions that coils do not tell apart the least.
+    def as_motion(self, moved: Array, seen: Seen) -> tuple[Array, Array]:
+        """Return motions (l, 6) of a rigid target that coils see as q and a, (l, 6 + m), and what they are off by (l,).
+
+        Of motions that coils do not tell apart the least.
         """
-        columns, lever = [1, 2, 4], 0.5 * max(self.target.extent)
-        seen = (weights.T @ self.upwards[:, columns]) / (1.0, lever, lever)
-        some = np.linalg.lstsq(seen, b.T, rcond=1e-6)[0]
+        columns, lever, b = [1, 2, 4], 0.5 * max(self.target.extent), moved @ seen.parts
+        rows = seen.parts[columns].T / (1.0, lever, lever)
+        some = np.linalg.lstsq(rows, b.T, rcond=1e-6)[0]
         motion = np.zeros((len(b), 6))
         motion[:, columns] = some.T / (1.0, lever, lever)
-        return motion, np.abs(seen @ some - b.T).max(axis=0)
+        varied = self.areas @ np.abs(moved[:, 6:] @ self.upwards[:, 6:].T).T / self.areas.sum()
+        return motion, np.abs(rows @ some - b.T).max(axis=0) + seen.off * varied
 
     def work(self, load: Wrench) -> Array:
         """Return the work of a load on q and a, shape (6 + m,)."""
@@ -170,52 +193,69 @@ class Bending:
 
     plate: BondedPlate
     stiffness: float  # of the target [N m]
-    seen: Callable[[Pose], Array]  # what the target's points count for each coil at a pose, (p, n)
+    seen: Callable[[Pose], Seen]  # how coils see it at a pose
 
     @one_thread
     def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:
         """Return the equilibrium with the pose of a rigid target that coils read alike."""
-        step = self.step(levels, scales, found)
-        if step is None:
+        steps = self.steps(levels, scales, found)
+        if steps is None:
             return found
-        w, weights = self.plate.upwards @ step, self.seen(found.pose)
-        (shift,), (unlike,) = self.plate.as_motion(w[None] @ weights, weights)
-        share = _OFF + min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
-        off = share * np.abs(shift)
-        off[1] = share * np.max(np.abs(w) @ weights) + unlike
-        bent = replace(found, pose=Pose.of(found.pose.components + shift))
+        w, here = self.plate.upwards @ steps[0], starts(levels, scales, found)[0]
+        (fine, lower, coarse), unlike = self.plate.as_motion(steps, self.seen(found.pose))
+        limit = levels.early([coarse, fine], np.ones(6, dtype=bool), pressed=levels.fine.pressed(here))
+        stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
+        off = limit.error + np.abs(fine - lower) + stretched * np.abs(limit.value)
+        off[1] += unlike[0]
+        bent = replace(found, pose=Pose.of(found.pose.components + limit.value))
         moved = found.pose.components - scales.pose(np.zeros(6)).components
         more = relative(off, moved, levels.fine.reach(scales.thickness))
         note = Note.of(NoteKind.BENT, deflection=float(np.abs(w).max()))
         return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
 
-    def step(self, levels: Levels, scales: Scales, found: Equilibrium) -> Array | None:
-        """Return q and a less those of the rigid target, (6 + m,) [m, rad], on the second level; None if singular."""
-        body, here = levels.fine, starts(levels, scales, found)[0]
-        body = body.near(here.u)
-        shapes, some = self._on(body, scales.thickness)
-        length, force = scales.lengths[1], scales.loads[1]
-        plate = some.T @ self.plate.plate @ some * (self.stiffness * length / force)
-        work = some.T @ self.plate.work(found.wrench)[6:] / force
-        way = bending_step(body, here, shapes, plate, work)
-        if way is None:
-            return None
-        q, a = way
-        return np.concatenate([q * scales.lengths[: len(q)], np.zeros(6 - len(q)), length * some @ a])
+    def steps(self, levels: Levels, scales: Scales, found: Equilibrium) -> Array | None:
+        """Return q and a less those of the rigid target, (3, 6 + m) [m, rad], None if singular.
 
-    def _on(self, body: Bonded, thickness: float) -> tuple[Array, Array]:
-        """Return shapes that a body's symmetry allows at its bonded nodes, (n, d, k), and what each is of, (m, k)."""
-        some = np.eye(len(self.plate.even))
+        On the second level, there by shapes of two degrees less, and on the first level.
+        """
+        bodies, rests = (levels.fine, levels.coarse), starts(levels, scales, found)
+        each = [self._step(body, here, scales, found.wrench) for body, here in zip(bodies, rests, strict=True)]
+        return None if any(one is None for one in each) else np.concatenate([each[0], each[1][:1]])
+
+    def _step(self, body: Bonded, here: State, scales: Scales, load: Wrench) -> Array | None:
+        """Return q and a less those of the rigid target on a mesh, by all shapes and those of two degrees less."""
+        body, (length, force) = body.near(here.u), (scales.lengths[1], scales.loads[1])
+        shapes, some, degrees = self._on(body, scales.thickness)
+        found = bending_equations(body, here, shapes)
+        if found is None:
+            return None
+        (S, left), n = found, int(body.freed.sum())
+        S[n:, n:] += some.T @ self.plate.plate @ some * (self.stiffness * length / force)
+        left[n:] -= some.T @ self.plate.work(load)[6:] / force
+        steps = np.zeros((2, 6 + len(some)))
+        for step, most in zip(steps, (np.inf, degrees.max() - 2), strict=True):
+            rows = np.append(np.arange(n), n + np.flatnonzero(degrees <= most))
+            way = np.zeros(len(left))
+            way[rows] = np.linalg.solve(S[np.ix_(rows, rows)], -left[rows])
+            step[np.flatnonzero(body.freed)] = way[:n] * scales.lengths[np.flatnonzero(body.freed)]
+            step[6:] = length * some @ way[n:]
+        return steps
+
+    def _on(self, body: Bonded, thickness: float) -> tuple[Array, Array, Array]:
+        """Return shapes that a body's symmetry allows at its bonded nodes, (n, d, k), what each is of, (m, k), degrees."""
+        some, degrees = np.eye(len(self.plate.even)), self.plate.degrees.sum(axis=1)
         if body.mesh.hoop:
             r = np.hypot(*self.plate.places.T) / self.plate.target.extent[0]
-            even = np.column_stack([r**power for power in range(2, int(self.plate.degrees.max()) + 1, 2)])
+            degrees = np.arange(2, int(degrees.max()) + 1, 2)
+            even = r[:, None] ** degrees
             even -= self.plate.areas @ even / self.plate.areas.sum()
             some = np.linalg.lstsq(self.plate.upwards[:, 6:], even, rcond=None)[0]
         elif body.components < 6:
-            some = some[:, self.plate.even]
+            some, degrees = some[:, self.plate.even], degrees[self.plate.even]
         shapes = np.zeros((*body.bonded.shape, some.shape[1]))
         shapes[:, -1] = self.plate.heights(thickness * body.X[:, :2])[:, 6:] @ some
-        return shapes, some
+        return shapes, some, degrees
+
 
 @lru_cache(maxsize=8)
 @one_thread
@@ -285,7 +325,7 @@ def _linear(target: Target, places: Array) -> Array:
 
 
 def _shapes(target: Target, degrees: Array, places: Array) -> Derivatives:
-    """Return products of Legendre's polynomials in x/a and y/b at places (n, 2), and their second derivatives."""
+    """Return products of Legendre's polynomials in x/a and y/b at places (n, 2), and their derivatives."""
     most, half = 1 + int(degrees.max()), 0.5 * np.array(target.extent)
     each = [legder(np.eye(most), k) for k in range(3)]
     x, y = (  # by derivative, shape (degree, n) each
@@ -293,4 +333,4 @@ def _shapes(target: Target, degrees: Array, places: Array) -> Derivatives:
         for s, size in zip((places / half).T, half, strict=True)
     )
     i, j = degrees.T
-    return Derivatives(*((x[k][i] * y[n][j]).T for k, n in ((0, 0), (2, 0), (0, 2), (1, 1))))
+    return Derivatives(*((x[k][i] * y[n][j]).T for k, n in ((0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from sits_mech.mechanics.bending import DEGREE, Bending, BondedPlate, bonded_plate, pressed_places
+from sits_mech.mechanics.bending import DEGREE, Bending, BondedPlate, Seen, bonded_plate, pressed_places
 from sits_mech.mechanics.layer import axisymmetric_pad
 from sits_mech.quantities import Array, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -69,7 +69,7 @@ def test_a_disc_on_springs_pressed_in_its_middle_is_as_by_closed_form() -> None:
     length, off = 0.5 * a, []
     for degree in (4, DEGREE, 10):
         plate = on_springs(sensor, D / length**4, degree)
-        found = plate.bent([PRESSED], D)
+        found = plate.bent([PRESSED], D, plate.places)
         w = -(found.rigid + found.bend)[0] * D / length**2
         true = free_disc(np.hypot(*plate.places.T), a, length, 0.343)
         off.append(float(np.abs(w - true).max() / true.max()))
@@ -122,8 +122,8 @@ def test_a_target_bends_at_its_load(thickness: str, force: float, middle: float,
     sensor, load = load_sensor("triaxial-3", [f'target.thickness="{thickness}"', own, SPOT]), Wrench(F_z=force)
     plate, model = bonded_plate(sensor), axisymmetric_pad(sensor)
     found, line = model.equilibrium(load), model.line
-    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose: np.ones((len(plate.places), 1)))
-    step = bending.step(line[int(found.state[0])], line.scales, found)
+    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose: Seen(np.ones((28, 1)), 0.0))
+    step = bending.steps(line[int(found.state[0])], line.scales, found)[0]
     w = plate.heights(np.array([(0.0, 0.0), (6e-3, 0.0)])) @ step
     stretched = 0.5 * (np.ptp(w) / sensor.target.thickness) ** 2
     known = np.array([middle, rim]) * (found.pose.d_v - 2e-3)

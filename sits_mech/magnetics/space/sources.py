@@ -25,6 +25,7 @@ from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, ring_profile, winding_potential
 from sits_mech.magnetics.space.fields import Box, chebyshev_points, chebyshev_values, to_coefficients
+from sits_mech.magnetics.space.lift import Lift
 from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Integers
@@ -100,21 +101,26 @@ class Posed:
     turns: Array  # (p, 3, 3) rotations
     places: Array  # (p, 3) of the bottom face's centre [m]
     step: float = STEP  # of tables of the coils' field, in distances to the windings
+    lift: Lift | None = None  # of a plate that bends
 
     def some(self, poses: slice) -> Posed:
         """Return it in some of the poses."""
-        return replace(self, turns=self.turns[poses], places=self.places[poses])
+        lift = None if self.lift is None else self.lift.some(poses)
+        return replace(self, turns=self.turns[poses], places=self.places[poses], lift=lift)
 
     def potentials(self, points: Array, clearance: float) -> Iterator[Array]:
         """Yield A of each coil at points (q, 3) from the bottom face's centre, (p, c, q) as of `winding_potential`."""
         kinds, which = kinds_of(self.coils)
-        world = self.turns @ points.T + self.places[:, :, None]
+        lifted = None if self.lift is None else self.lift.at(points)
+        world = self.turns @ (points.T if lifted is None else lifted.places) + self.places[:, :, None]
         centres = np.array([(*coil.centre, 0.0) for coil in self.coils])
         aside = max(float(np.linalg.norm(np.abs(world[:, :2] - c[:2, None]).max(axis=(0, 2)))) for c in centres)
         region = clearance, float(world[:, 2].max()), aside
         fields = [winding_potential(kind, self.windings, region, len(points), self.step) for kind in kinds]
         for kind, centre in zip(which, centres, strict=True):
-            yield fields[kind](world - centre[:, None])
+            A = fields[kind](world - centre[:, None])
+            own = np.swapaxes(self.turns[:, : A.shape[1]], 1, 2)
+            yield A if lifted is None else self.turns @ lifted.met(own @ A)
 
 
 @dataclass(frozen=True, eq=False)

@@ -172,23 +172,19 @@ def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Ar
     return K
 
 
-def bending_step(body: Bonded, here: State, shapes: Array, plate: Array, work: Array) -> tuple[Array, Array] | None:
-    """Return Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a rest without them; None if singular.
+def bending_equations(body: Bonded, here: State, shapes: Array) -> tuple[Array, Array] | None:
+    """Return S and r of S (dq, a) = -r, Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a rest.
 
-    `plate` (m, m) is the stiffness that the target itself has on them, `work` (m,) that of the load.
+    Of the motions those that move the body; r is of the pad alone on the shapes, which the rest has not. None if
+    singular.
     """
     found, moving = residuals_of(body, here), np.flatnonzero(body.freed)
     made = _with_shapes(body, here, found, shapes)
-    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + len(work))], found.free)
+    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + shapes.shape[-1])], found.free)
     if factor is None:
         return None
-    S, n = factor.stiffness, len(moving)
-    S[n:, n:] += plate
-    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes) - work
-    step = np.linalg.solve(S, -np.concatenate([found.target[moving], on_shapes]) - factor.side.T @ factor.step)
-    dq = np.zeros_like(here.q)
-    dq[moving] = step[:n]
-    return dq, np.asarray(step[n:])
+    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes)
+    return factor.stiffness, np.concatenate([found.target[moving], on_shapes]) + factor.side.T @ factor.step
 
 
 def _with_shapes(body: Bonded, here: State, found: Residuals, shapes: Array) -> _Linear:
