@@ -37,6 +37,7 @@ from dataclasses import replace
 import numpy as np
 
 from sits_mech.chain.propagation import poses_of
+from sits_mech.mechanics.levels.family import PARTS
 from sits_mech.mechanics.loads import Settled
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
 
@@ -59,6 +60,7 @@ def corrected_loads(
     good = {load: one.rest for load, one in settled.items() if one.rest is not None}
     rests = list(good.values())
     poses, errors, added = _numbers(rests)
+    beside = [rest.shared[PARTS:] for rest in rests]  # no matter of meshes
     way = (poses - at_rest) * levers
     size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
@@ -90,7 +92,8 @@ def corrected_loads(
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
         load: replace(settled[load], rest=replace(
-            rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k]), shared=np.diag(parts[k]),
+            rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k] + np.abs(beside[k]).sum(axis=0)),
+            shared=np.vstack([np.diag(parts[k]), beside[k]]),
             report=replace(rest.report, stretch=float(1.0 + above * strain[k])),
         ))
         for k, (load, rest) in enumerate(good.items())
@@ -124,9 +127,10 @@ def _beyond(rests: Iterable[Equilibrium]) -> Array:
 
 
 def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:
-    """Return poses of n rests, their errors, and what extrapolation adds, shape (n, 6) each."""
-    poses, errors = poses_of(rests), np.array([rest.error.components for rest in rests]).reshape(-1, len(POSE))
-    return poses.value, errors, poses.shared.sum(axis=0)
+    """Return poses of n rests, their errors by meshes, and what extrapolation adds, shape (n, 6) each."""
+    whole = [rest.error.components - np.abs(rest.shared[PARTS:]).sum(axis=0) for rest in rests]
+    poses, errors = poses_of(rests), np.array(whole).reshape(-1, len(POSE))
+    return poses.value, errors, poses.shared[:PARTS].sum(axis=0)
 
 
 def _telling(way: Array, loads: list[int]) -> tuple[list[int], int]:

@@ -22,6 +22,7 @@ import numpy as np
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.bending import bending, solved_bending
 from sits_mech.chain.conductors import AmongFar, negligible, without_far
+from sits_mech.chain.goal import HALF
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
 from sits_mech.magnetics.models import MODELS as MAGNETIC
@@ -55,7 +56,6 @@ MECHANICS: Mapping[str, Description] = _registered(MECHANICAL, "mechanics")
 MAGNETICS: Mapping[str, Description] = _registered(MAGNETIC, "magnetics")
 """The magnetic models alike."""
 _COARSE = 1e-2  # relative error of the change that conductors are compared with
-_SOLVED = 0.25  # of a tolerance, what bending takes where it is solved
 _SIDEWAYS = [WRENCH.index(name) for name in ("F_x", "M", "F_y", "M_x")]  # what takes a target off its axis
 
 
@@ -185,7 +185,7 @@ def choose_mechanics(
     if not MECHANICS[found.name].bends:
         return found
     least = MECHANICS[found.name].least
-    return replace(found, bent=any(item.size >= _SOLVED * tolerance for item in bending(sensor, loads, least)))
+    return replace(found, bent=any(item.size >= HALF * tolerance for item in bending(sensor, loads, least)))
 
 
 def magnetic_question(

@@ -77,15 +77,17 @@ def pose_slopes(
     return whole, by_pose[0], by_pose[1]
 
 
-def lift_slopes(sensor: Sensor, pose: Pose, shapes: Callable[[Array], Array], sizes: Array) -> Array:
+def lift_slopes(
+    sensor: Sensor, pose: Pose, shapes: Callable[[Array], Array], planes: Array, sizes: Array
+) -> Array:
     """Return how coils see the target lifted by K shapes over how they see it lifted by the first of them, (K, n).
 
-    `shapes` as of `Lift`; `sizes` (K,) are the largest of each [1, m]. By differences of `sheets` on its coarsest
-    division, without fixed plates; raises as that.
+    `shapes` and `planes` as of `Lift`; `sizes` (K,) are the largest of each [1, m]. By differences of `sheets` on its
+    coarsest division, without fixed plates; raises as that.
     """
     alone = sensor.model_copy(update={"conductors": ()})
     each = abs(_QUICK) * STEP * room(alone, pose) * np.diag(1.0 / sizes)
-    lift = Lift(shapes, np.concatenate([each, -each]), 0.5 * alone.target.thickness if alone.target else 0.0)
+    lift = Lift(shapes, planes, np.concatenate([each, -each]))
     model = replace(sheets(alone, _ROUGH).beside(alone, single=True), lift=lift)
     found = model.impedance(Pose.of(np.tile(pose.components, (len(lift.sizes), 1))), sensor.frequency)
     up, down = np.split(np.diagonal(found.L, axis1=1, axis2=2), 2)

@@ -11,8 +11,9 @@ of G. R. Kirchhoff, free edges coming of themselves,
                             - (1 - nu) (phi_m,xx phi_n,yy + phi_m,yy phi_n,xx - 2 phi_m,xy phi_n,xy) dA.
 
 The pad resists q, the motion of a rigid target, and a by one matrix, K = (K_qq, K_qa; K_aq, K_aa): its tangent,
-condensed on the bonded face (equilibrium/linearisation.py), on the first mesh and about the state without load. With
-the work of the load on q, f_q, and on the shapes, f_a = -F_z mean of phi over what is pressed,
+condensed on the bonded face (equilibrium/linearisation.py), on the first mesh and about the state without load.
+A slope moves points of that face along, by their depth below the neutral plane: what the pad drags there bends a foil
+of 0.2 mm 5 % less. With the work of the load on q, f_q, and on the shapes, f_a = -F_z mean of phi over what is pressed,
 
     rigid   K_qq q_0 = f_q,         bent   (K + P) (q, a) = (f_q, f_a).
 
@@ -23,19 +24,7 @@ What a target bends over how far it moves goes on under larger loads as about th
 its pad by 2 and 9 % within 0.7 to 1.1 of what NGSolve has for a foil meshed in space at finite strain, of a limp one,
 which bends by as much as it moves, up to 1.9 (tests/mechanics).
 
-Where that is too much to be left out, the target bends at its load (`Bending`): from a rigid one's rest q, whose pad
-presses on the shapes by r, a step of Newton's method, of which a second one changes 0.2 % of stiff foils,
-
-    (K(q) + P) (dq, a) = (0, f_a - r).
-
-What coils see of w, b_c, linear in q and a (`Seen`), is that of a rigid target moved by the (d_z, alpha, alpha_x) of
-least squares over the coils, which the pose takes, extrapolated from the first two meshes. Error: that of the limit;
-what shapes of two degrees less change; what a plate of thickness h resists besides as it must stretch to bend, less
-than
-
-    1/2 (range of w / h)^2,
-
-0.47 where its rim is clamped (section 100); and what coils see differently.
+Where that is too much to be left out, the target bends at its load (bent.py).
 
 Range: small slopes, thickness small against width. Left out: transverse shear of the plate, an indenter that gives,
 swelling.
@@ -45,23 +34,19 @@ Source: S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells (1959),
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legval
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
-from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.equilibrium.linearisation import bending_equations, bonded_stiffness
-from sits_mech.mechanics.levels.answer import enlarged, relative, starts
-from sits_mech.mechanics.levels.family import Levels
+from sits_mech.mechanics.equilibrium.body import Bonded, rest
+from sits_mech.mechanics.equilibrium.linearisation import bonded_stiffness
 from sits_mech.mechanics.linear import undeformed_pad
 from sits_mech.mechanics.touch import touched_place
-from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
+from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.outlines import inside_loops
 from sits_mech.scene.sensor import Sensor, Target
 from sits_mech.scene.touch import Touch
@@ -140,6 +125,12 @@ class BondedPlate:
         found[3:, :, 6:] = at.xx, at.xy, at.yy
         return found
 
+    def bonded(self, body: Bonded, thickness: float) -> Array:
+        """Return how shapes move the bonded nodes of a body, (n, d, m): upwards, and along by its slope."""
+        w, w_x, w_y = self.lifts(thickness * body.X[:, :2])[:3, :, 6:]
+        along = self.target.neutral_plane * np.stack([w_x, w_y])[: len(body.mesh.axes) - 1]
+        return np.stack([*along, w], axis=1)
+
     def _plane(self, places: Array) -> Array:
         """Return what shapes have in common with 1, x and y at places (n, 2), shape (n, m)."""
         return _linear(self.target, places) @ self.plane
@@ -163,16 +154,17 @@ class BondedPlate:
         """Return how loads, as of `answers`, move places (n, 2) from its middle [m]."""
         return Bent(*((self.heights(places) @ each).T for each in self.answers(loads, stiffness)))
 
-    def as_motion(self, moved: Array, seen: Seen) -> tuple[Array, Array]:
+    def as_motion(self, moved: Array, seen: Seen, free: Sequence[int] = (1, 2, 4)) -> tuple[Array, Array]:
         """Return motions (l, 6) of a rigid target that coils see as q and a, (l, 6 + m), and what they are off by (l,).
 
-        Of motions that coils do not tell apart the least.
+        Of those of the components that are `free`; of motions that coils do not tell apart the least.
         """
-        columns, lever, b = [1, 2, 4], 0.5 * max(self.target.extent), moved @ seen.parts
-        rows = seen.parts[columns].T / (1.0, lever, lever)
+        columns, b = list(free), moved @ seen.parts
+        levers = np.where(np.array(columns) > 1, 0.5 * max(self.target.extent), 1.0)
+        rows = seen.parts[columns].T / levers
         some = np.linalg.lstsq(rows, b.T, rcond=1e-6)[0]
         motion = np.zeros((len(b), 6))
-        motion[:, columns] = some.T / (1.0, lever, lever)
+        motion[:, columns] = some.T / levers
         varied = self.areas @ np.abs(moved[:, 6:] @ self.upwards[:, 6:].T).T / self.areas.sum()
         return motion, np.abs(rows @ some - b.T).max(axis=0) + seen.off * varied
 
@@ -185,76 +177,6 @@ class BondedPlate:
         places, shares = pressed_places(self.touch)
         pressed = self.heights(places + touched_place(load))[:, 6:]
         return np.concatenate([q, -load.F_z * (shares @ pressed)])
-
-
-@dataclass(frozen=True, eq=False)
-class Bending:
-    """What bends of a target at its load, as coils see it; called with an equilibrium of the rigid one."""
-
-    plate: BondedPlate
-    stiffness: float  # of the target [N m]
-    seen: Callable[[Pose], Seen]  # how coils see it at a pose
-
-    @one_thread
-    def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:
-        """Return the equilibrium with the pose of a rigid target that coils read alike."""
-        steps = self.steps(levels, scales, found)
-        if steps is None:
-            return found
-        w, here = self.plate.upwards @ steps[0], starts(levels, scales, found)[0]
-        (fine, lower, coarse), unlike = self.plate.as_motion(steps, self.seen(found.pose))
-        limit = levels.early([coarse, fine], np.ones(6, dtype=bool), pressed=levels.fine.pressed(here))
-        stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
-        off = limit.error + np.abs(fine - lower) + stretched * np.abs(limit.value)
-        off[1] += unlike[0]
-        bent = replace(found, pose=Pose.of(found.pose.components + limit.value))
-        moved = found.pose.components - scales.pose(np.zeros(6)).components
-        more = relative(off, moved, levels.fine.reach(scales.thickness))
-        note = Note.of(NoteKind.BENT, deflection=float(np.abs(w).max()))
-        return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
-
-    def steps(self, levels: Levels, scales: Scales, found: Equilibrium) -> Array | None:
-        """Return q and a less those of the rigid target, (3, 6 + m) [m, rad], None if singular.
-
-        On the second level, there by shapes of two degrees less, and on the first level.
-        """
-        bodies, rests = (levels.fine, levels.coarse), starts(levels, scales, found)
-        each = [self._step(body, here, scales, found.wrench) for body, here in zip(bodies, rests, strict=True)]
-        return None if any(one is None for one in each) else np.concatenate([each[0], each[1][:1]])
-
-    def _step(self, body: Bonded, here: State, scales: Scales, load: Wrench) -> Array | None:
-        """Return q and a less those of the rigid target on a mesh, by all shapes and those of two degrees less."""
-        body, (length, force) = body.near(here.u), (scales.lengths[1], scales.loads[1])
-        shapes, some, degrees = self._on(body, scales.thickness)
-        found = bending_equations(body, here, shapes)
-        if found is None:
-            return None
-        (S, left), n = found, int(body.freed.sum())
-        S[n:, n:] += some.T @ self.plate.plate @ some * (self.stiffness * length / force)
-        left[n:] -= some.T @ self.plate.work(load)[6:] / force
-        steps = np.zeros((2, 6 + len(some)))
-        for step, most in zip(steps, (np.inf, degrees.max() - 2), strict=True):
-            rows = np.append(np.arange(n), n + np.flatnonzero(degrees <= most))
-            way = np.zeros(len(left))
-            way[rows] = np.linalg.solve(S[np.ix_(rows, rows)], -left[rows])
-            step[np.flatnonzero(body.freed)] = way[:n] * scales.lengths[np.flatnonzero(body.freed)]
-            step[6:] = length * some @ way[n:]
-        return steps
-
-    def _on(self, body: Bonded, thickness: float) -> tuple[Array, Array, Array]:
-        """Return shapes that a body's symmetry allows at its bonded nodes, (n, d, k), what each is of, (m, k), degrees."""
-        some, degrees = np.eye(len(self.plate.even)), self.plate.degrees.sum(axis=1)
-        if body.mesh.hoop:
-            r = np.hypot(*self.plate.places.T) / self.plate.target.extent[0]
-            degrees = np.arange(2, int(degrees.max()) + 1, 2)
-            even = r[:, None] ** degrees
-            even -= self.plate.areas @ even / self.plate.areas.sum()
-            some = np.linalg.lstsq(self.plate.upwards[:, 6:], even, rcond=None)[0]
-        elif body.components < 6:
-            some, degrees = some[:, self.plate.even], degrees[self.plate.even]
-        shapes = np.zeros((*body.bonded.shape, some.shape[1]))
-        shapes[:, -1] = self.plate.heights(thickness * body.X[:, :2])[:, 6:] @ some
-        return shapes, some, degrees
 
 
 @lru_cache(maxsize=8)
@@ -274,8 +196,7 @@ def bonded_plate(sensor: Sensor, degree: int = DEGREE) -> BondedPlate:
     weighed = some * areas[:, None]
     plane[: some.shape[1]] = np.linalg.solve(weighed.T @ some, weighed.T @ _shapes(target, degrees, places).value)
     made = BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, np.zeros((0, 0)))
-    shapes = np.zeros((*body.bonded.shape, len(degrees)))
-    shapes[:, -1] = made.heights(t * body.X[:, :2])[:, 6:]
+    shapes = made.bonded(body, t)
     loads, lengths = (np.append(each, np.full(len(degrees), each[1])) for each in (scales.loads, scales.lengths))
     pad = bonded_stiffness(body, rest(body), shapes, even) * np.outer(loads, 1.0 / lengths)
     return BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, pad)

@@ -253,11 +253,19 @@ class Target(Plate):
         """Of it with its backing, D = int E z^2 dz / (1 - nu^2) about the neutral plane [N m]; None where not known."""
         if (E := self.least_modulus) is None:
             return None
-        layers = [(E, self.thickness), (self.backing_modulus or 0.0, self.backing_thickness or 0.0)]
-        ends = np.cumsum([0.0, *(thick for _, thick in layers)])
-        moduli = np.array([modulus for modulus, _ in layers])
-        neutral = float(moduli @ np.diff(ends**2)) / 2.0 / float(moduli @ np.diff(ends))
-        return float(moduli @ np.diff((ends - neutral) ** 3)) / 3.0 / (1.0 - self.poisson**2)
+        moduli, ends = self._layers(E)
+        return float(moduli @ np.diff((ends - self.neutral_plane) ** 3)) / 3.0 / (1.0 - self.poisson**2)
+
+    @property
+    def neutral_plane(self) -> float:
+        """Height above its bottom face of what bending does not stretch [m]."""
+        moduli, ends = self._layers(self.least_modulus or 1.0)
+        return float(moduli @ np.diff(ends**2)) / 2.0 / float(moduli @ np.diff(ends))
+
+    def _layers(self, E: float) -> tuple[Array, Array]:
+        """Return the moduli of metal and backing [Pa], and where they begin and end above the bottom face [m]."""
+        ends = np.cumsum([0.0, self.thickness, self.backing_thickness or 0.0])
+        return np.array([E, self.backing_modulus or 0.0]), ends
 
 
 class _Named(BaseModel):

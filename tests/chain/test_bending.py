@@ -10,11 +10,11 @@ from sits_mech.chain.bending import bending, seen_shapes
 from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, model_of
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.chain.simulate import mechanical_omissions, rest_flags, with_omissions
-from sits_mech.magnetics.coils.far_field import coil_field
+from sits_mech.magnetics.pose_slopes import lift_slopes
 from sits_mech.mechanics.bending import bonded_plate
 from sits_mech.mechanics.closed_form import HAIR
 from sits_mech.notes import NoteKind, OmissionKind, Relative
-from sits_mech.quantities import Pose, Wrench
+from sits_mech.quantities import Array, Pose, Wrench
 from sits_mech.report.left_out import line
 from sits_mech.report.notes import sentence
 from sits_mech.scene.sensor import Coil, SceneError, Sensor, Target, load_sensor
@@ -31,22 +31,19 @@ def permeable(sensor: Sensor) -> Sensor:
     return sensor.model_copy(update={"target": Target.model_validate(metal)})
 
 
-def test_coils_see_a_permeable_plate_by_the_square_of_their_field_along_it() -> None:
-    """Within a seventh of what is bent in the mean, as a plate that conducts shows."""
+def test_coils_see_a_permeable_plate_as_one_of_copper() -> None:
+    """With more of an error; and where no plate could be divided as its mean, with all of it."""
     sensor = load_sensor("biorob2018-w15")
-    steel = permeable(sensor)
-    plate, pose = bonded_plate(steel), unloaded_pose(steel)
-    places = np.column_stack([plate.places, np.full(len(plate.places), 2e-3)])
-    fields = [(coil_field(coil, places, 2e-6)[:, :2] ** 2).sum(axis=1) * plate.areas for coil in sensor.coils]
-    expected = plate.upwards.T @ np.transpose([own / own.sum() for own in fields])
-    found, exact = (seen_shapes(each, plate, pose) for each in (steel, sensor))
-    np.testing.assert_allclose(found.parts, expected, atol=1e-4)
-    mean = plate.areas @ np.abs(plate.upwards) / plate.areas.sum()
-    assert np.all(np.abs(found.parts - exact.parts) <= found.off * mean[:, None])
+    plate, pose = bonded_plate(sensor), unloaded_pose(sensor)
+    asked = (sensor, pose), (permeable(sensor), pose), (sensor, Pose(0.0, 0.0))
+    copper, steel, none = (seen_shapes(scene, plate, there) for scene, there in asked)
+    np.testing.assert_array_equal(copper.parts, steel.parts)
+    assert 10.0 * copper.off < steel.off < none.off == 1.0
+    np.testing.assert_allclose(none.parts[:2], [[0.0, 0.0], [1.0, 1.0]])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "within"), [("biorob2018", 0.05), ("biorob2018-w15", 0.08), ("triaxial-4", 0.08)])
+@pytest.mark.parametrize(("name", "within"), [("biorob2018", 0.01), ("biorob2018-w15", 0.01), ("triaxial-4", 0.01)])
 def test_coils_see_a_tilted_plate_by_the_mean_of_its_height(name: str, within: float) -> None:
     """By the lifts of its points as by its motion: dL/dalpha over dL/dd_v of `sheets`."""
     sensor = load_sensor(name)
@@ -60,7 +57,7 @@ def test_coils_see_a_tilted_plate_by_the_mean_of_its_height(name: str, within: f
 
 
 def test_coils_see_a_bowl_by_its_mean_height() -> None:
-    """A disc of 8 mm that stands off by 1 mm and by 1 mm + w (r/R)^2: of w coils see 0.453, by NGSolve, H_t^2 0.42.
+    """A disc of 8 mm that stands off by 1 mm and by 1 mm + w (r/R)^2: of w coils see 0.453, by NGSolve.
 
     studies/common/ngsolve_turns.py, bow 0.1 mm and -0.1 mm, over gaps of 1.02 and 0.98 mm, at 5 MHz.
     """
@@ -68,13 +65,20 @@ def test_coils_see_a_bowl_by_its_mean_height() -> None:
     coil = Coil(name="C", centre=(0.0, 0.0), layers=2, turns=12, track_thickness=35e-6, layer_pitch=85e-6, **size)
     disc = Target(conductivity=5.8e7, shape="disc", diameter=8e-3, thickness=2e-4)
     sensor, own = Sensor(name="bowl", frequency=5e6, coils=(coil,), target=disc), load_sensor("triaxial-3")
-    plate = bonded_plate(own.model_copy(update={"target": disc}))
+    plate, pose = bonded_plate(own.model_copy(update={"target": disc})), Pose(0.0, 1e-3)
     bowl = np.linalg.lstsq(plate.upwards, (plate.places**2).sum(axis=1) / 16e-6, rcond=None)[0]
-    mean, pose = plate.areas @ np.abs(plate.upwards[:, 6:] @ bowl[6:]) / plate.areas.sum(), Pose(0.0, 1e-3)
-    by_lift, by_field = (seen_shapes(each, plate, pose) for each in (sensor, permeable(sensor)))
-    for found in (by_lift, by_field):
-        assert float(bowl @ found.parts[:, 0]) == pytest.approx(0.453, abs=found.off * mean)
-    assert by_lift.off < by_field.off / 5.0
+    mean = plate.areas @ np.abs(plate.upwards[:, 6:] @ bowl[6:]) / plate.areas.sum()
+
+    def upwards(places: Array) -> Array:
+        """Rise as a whole, and as the bowl of that mesh, whose points do not go in as its slope would take them."""
+        found = np.zeros((6, len(places), 2))
+        found[0] = np.stack([np.ones(len(places)), (places**2).sum(axis=1) / 16e-6], axis=1)
+        return found
+
+    by_lift = seen_shapes(sensor, plate, pose)
+    found = lift_slopes(sensor, pose, upwards, np.zeros(2), np.ones(2))[1, 0]
+    assert found == pytest.approx(0.453, abs=by_lift.off * mean)
+    assert float(bowl @ by_lift.parts[:, 0]) == pytest.approx(0.453, rel=0.03)
 
 
 @pytest.mark.parametrize(("name", "keys", "load", "model"), [
@@ -105,11 +109,11 @@ def test_a_bent_target_has_the_symmetry_of_its_load_and_less_of_an_error() -> No
     rigid = model_of(sensor, replace(choice, bent=False), 1e-2).equilibrium(load)
     (whole,) = with_omissions(sensor, [rigid], "block")
     more, before = (each.error.components - rigid.error.components for each in (right, whole))
-    assert np.all(more[1:3] < before[1:3] / 5.0)
+    assert more[1] < before[1] / 5.0 and more[2] < before[2]
 
 
 def test_what_is_pressed_at_a_point_bends_more_and_wider_plates_too() -> None:
-    """D of a plate goes with the third power of its thickness: 4 mm of it are rigid."""
+    """D of a plate goes with the third power of its thickness, what the pad drags with the first: 4 mm are rigid."""
     sizes = {}
     for name in ("biorob2018", "biorob2018-w15", "biorob2018-w22"):
         for keys in ((), (POINT,), (POINT, *BACKED), (POINT, 'target.thickness="4 mm"')):
@@ -120,7 +124,7 @@ def test_what_is_pressed_at_a_point_bends_more_and_wider_plates_too() -> None:
     narrow, middle, wide = ([sizes[name, k] for k in (0, 1, 3, 11)] for name in dict.fromkeys(key[0] for key in sizes))
     for found in (narrow, middle, wide):
         even, point, backed, thick = found
-        assert even < point and thick < 1e-2 * backed < 1e-3 * point
+        assert even < point and thick < 0.05 * backed < 5e-3 * point
     assert narrow[1] < 0.1 * middle[1] < 0.1 * wide[1] and 0.2 < wide[1] < 0.3
 
 
@@ -132,7 +136,7 @@ def test_each_part_of_a_load_bends_what_it_moves() -> None:
     assert press.parts[1] > 0.0 == press.parts[2] and shear.parts[2] > 0.0 == shear.parts[1]
     np.testing.assert_allclose(both.parts, np.add(press.parts, shear.parts), rtol=1e-9)
     (aside,) = bending(load_sensor("biorob2018-w15", [POINT, 'touch.x="3 mm"']), [PRESSED])
-    assert aside.parts[2] > aside.parts[1] > press.parts[1]
+    assert aside.parts[1] > press.parts[1] and aside.parts[2] > shear.parts[2]
     assert bending(sensor, []) == bending(sensor, [Wrench()]) == ()
 
 
@@ -146,7 +150,7 @@ def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
     assert choice.name == "linear" and found.error.d_v - rest.error.d_v == pytest.approx(item.size * sink, rel=1e-9)
     assert rest_flags(sensor, found, 1e-2) == ("above tolerance",) and found.pose == rest.pose
     assert line(item) == (
-        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 1.7 um (about 0.025 of the "
+        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 1.7 um (about 0.045 of the "
         "displacement)"
     )
 
@@ -182,7 +186,7 @@ def test_without_a_modulus_a_metal_is_as_soft_as_lead() -> None:
         bending(each, [PRESSED])[0].size
         for each in (sensor, sensor.model_copy(update={"target": known}), load_sensor("biorob2018", own))
     ]
-    np.testing.assert_allclose(sizes, sizes[0], rtol=1e-12)
+    assert sizes[1] == pytest.approx(sizes[2], rel=1e-12) == pytest.approx(sizes[0], rel=0.05)  # coils see more of it
 
 
 def test_the_stiffness_of_a_backed_target() -> None:

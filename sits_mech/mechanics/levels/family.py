@@ -72,13 +72,14 @@ from sits_mech.scene.sensor import Sensor
 PAIR = 2
 """Number of families of one kind: free, guarded."""
 WALKED = 3  # levels of a path at most
+PARTS = 3
+"""Number of parts of an error that meshes have: two terms, and how far the limit moved."""
 EARLY = 2.0  # times what extrapolation adds, by two levels: the powers may be off, or parts cancel
 
 _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
-_PARTS = 3  # of an error: two terms, and how far the limit moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +200,7 @@ class Levels:
 
 
 Bends = Callable[[Levels, Scales, Equilibrium], Equilibrium]
-"""Bends the target of an equilibrium that was solved on some levels (mechanics/bending.py)."""
+"""Bends the target of an equilibrium that was solved on some levels (mechanics/bent.py)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,7 +310,7 @@ def extrapolated(
         shrunk = [np.abs(more) * terms[-1, 0] / terms[n, 0] for more, n in zip(added, rising, strict=True)]
         _, gain = _ahead([values[n] for n in (rising[-1] - 1, rising[-1])], terms[rising[-1] - 1 : rising[-1] + 1, :1])
         error = _IN_CONTACT * np.max(shrunk, axis=0) + gain * off
-        return Limit(values[-1] + added[-1], error, np.zeros((_PARTS, *np.shape(error))))
+        return Limit(values[-1] + added[-1], error, np.zeros((PARTS, *np.shape(error))))
     more, gain = _ahead(values, terms)
     if len(values) == 2:
         return _limit(values[-1] + more.sum(axis=0), early * more, gain * off)
@@ -340,6 +341,6 @@ def _ahead(values: Sequence[Array], terms: Array) -> tuple[Array, float]:
 
 def _limit(value: Array, parts: Array, off: Array | float = 0.0) -> Limit:
     """Build a limit from the parts of its error and the error of the last level."""
-    every = np.zeros((_PARTS, *np.shape(value)))
+    every = np.zeros((PARTS, *np.shape(value)))
     every[: len(parts)] = parts
     return Limit(value, np.abs(parts).sum(axis=0) + off, every)
