@@ -97,7 +97,7 @@ def seen_shapes(sensor: Sensor, plate: BondedPlate, pose: Pose, asked: Mask | No
     flat = sensor.model_copy(update={"target": target, "substrate_radius": None})
     seen = np.zeros((len(sizes), len(sensor.coils)))
     try:
-        planes = np.where(some < len(POSE), 0.0, plate.target.neutral_plane)  # poses turn about the bottom face's middle
+        planes = np.where(some < len(POSE), 0.0, plate.target.neutral_plane)  # poses turn about its lower face
         seen[some] = lift_slopes(flat, pose, lambda places: plate.lifts(places)[..., some], planes, sizes[some])
     except (SolveFailed, ValueError):  # at the coils, or too fine to be divided
         return Seen(np.tile(plate.areas @ plate.upwards / plate.areas.sum(), (len(sensor.coils), 1)).T, 1.0)
