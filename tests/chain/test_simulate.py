@@ -19,7 +19,7 @@ from sits_mech.chain.simulate import at_rest, image_at_rest, rest_flags, simulat
 from sits_mech.description import Description, Rung, sized
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.bars import planar_bars
-from sits_mech.mechanics.loads import kept_key, kept_rest
+from sits_mech.mechanics.loads import kept_key, kept_rest, outward, settle
 from sits_mech.mechanics.symmetry import Symmetry
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
@@ -514,6 +514,36 @@ class NamedMeshes(Meshes):
 
 TOWARDS: list[tuple[Array, float]] = []
 STARTS: list[Equilibrium | None] = []
+
+
+@dataclass(frozen=True)
+class Curved(Meshes):
+    """The same with a state of the second degree in the load, after the number of its family."""
+
+    family: int = 0
+
+    def state(self, F_x: float, F_z: float) -> Array:
+        """Return the state under a load."""
+        return np.array([self.family, 3.0 + F_x - 2.0 * F_z, F_x**2 + F_x * F_z - 0.5 * F_z**2])
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        return replace(super().equilibrium(wrench, start=start), state=self.state(wrench.F_x, wrench.F_z))
+
+
+@pytest.mark.parametrize(("family", "ahead"), [(0, True), (2, False)])
+def test_loads_start_from_where_states_near_them_lead(family: int, ahead: bool) -> None:
+    """Exactly, of the second degree, from the tenth load of 4 x 3 on; in contact from the nearest one."""
+    STARTS.clear()
+    loads = [Wrench(F_x, F_z) for F_x in (0.0, 0.4, 0.7, 1.0) for F_z in (0.5, 1.0, 1.5)]
+    model = Curved(2e-3, family=family)
+    settle(model, loads, symmetry=Symmetry("none"))
+    began = [start for start in STARTS if start is not None]
+    assert len(began) == 11 and all(start.wrench in loads for start in began)
+    led = [np.allclose(start.state, model.state(load.F_x, load.F_z), rtol=1e-9)
+           for start, load in zip(began, outward(loads)[1:], strict=True)]
+    assert all(led[8:]) if ahead else not any(led)
+    for start in began if not ahead else began[:1]:
+        np.testing.assert_allclose(start.state, model.state(start.wrench.F_x, start.wrench.F_z))
 
 
 @pytest.fixture
