@@ -32,6 +32,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
 from sits_mech.threads import one_thread
 
+_SHAPES = 0.02  # of what coils see: so much ten degrees show of a point of `biorob2018-w22`, where four and six agree
 _ONCE = 1.0  # times what two meshes add, the error of their limit: a third and a fourth show -0.9 to 0.9 of nine pads
 
 
@@ -55,7 +56,8 @@ class Bending:
         (fine, lower, coarse), unlike = self.plate.as_motion(steps, seen, free)
         limit = extrapolated([coarse, fine], levels.terms[:2], pressed=levels.fine.pressed(here), early=_ONCE)
         stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
-        off = limit.error + np.abs(fine - lower) + stretched * np.abs(limit.value)
+        shapes = np.maximum(np.abs(fine - lower), _SHAPES * np.abs(fine))
+        off = limit.error + shapes + stretched * np.abs(limit.value)
         off[1] += unlike[0]
         part = np.copysign(off, limit.value)  # meshes, shapes and stretching err alike under all loads
         bent = replace(

@@ -6,7 +6,7 @@ it, and of a load that is its own image the components of the pose that it canno
 
 States of meshes are smooth in the load: a start is their sum with the weights c of least sum of c^2 d^3, d the distance
 of their loads, that give polynomials of the second degree, or the first, as they are; where that would go far beyond
-what is known, and in contact, the nearest one. It saves a fifth of the factorisations of a table.
+what is known, where rims crease, and in contact, the nearest one. It saves a fifth of the factorisations of a table.
 
 Source: P. Lancaster, K. Salkauskas, Math. Comp. 37 (1981) 141, moving least squares.
 """
@@ -36,6 +36,7 @@ from sits_mech.version import __version__
 
 _KEPT_OF_REPORT = ("model", "unknowns", "iterations", "estimated_error", "notes", "min_J", "stretch")
 _GIVEN, _FAR = 1e-6, 8.0  # of one, how well polynomials are given; sum of weights, 7 for the next of three on a line
+_CREASED = 0.5  # least J below which rims crease, and come to rest in more than one way (`biorob2018`, 1 N, 2 N)
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
 
 
@@ -186,7 +187,7 @@ def _start(found: Mapping[Wrench, Settled], load: Wrench, smooth: bool) -> Equil
     nearest = rests[int(np.argmin(np.sum(away**2, axis=1)))]
     size, number = nearest.state.size, nearest.state[0]
     own = [k for k, rest in enumerate(rests) if rest.state.size == size and rest.state[0] == number]
-    for degree in (2, 1) if smooth and number < PAIR else ():
+    for degree in (2, 1) if smooth and number < PAIR and (nearest.report.min_J or 0.0) > _CREASED else ():
         weights = _weights(away[own], degree)
         if weights is not None:
             state = sum(c * rests[k].state for c, k in zip(weights, own, strict=True))

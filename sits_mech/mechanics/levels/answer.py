@@ -150,7 +150,7 @@ def extrapolated_equilibrium(
     size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
     largest = float(np.max(np.abs(fine.load / weight)))
     size[1] = max(size[1], (_ROUNDING if given else 1.0) * largest)  # what holds out of the plane is of uneven cells
-    unit = np.where(held, size[1] * weight, size[0] / weight)
+    unit, share = np.where(held, size[1] * weight, size[0] / weight), levels.least_share(-float(fine.q[1]))
 
     def shown(found: Outcome) -> Array:
         """Return the motion, or the load where held, over the largest of its kind."""
@@ -161,7 +161,7 @@ def extrapolated_equilibrium(
         if goal is None or given:
             return float(np.max(limit.error))
         size = unit * scales.lengths[:k]
-        own = Bounded.of(limit.value * size, errors_of(limit.error, levels.share) * size, limit.parts * size)
+        own = Bounded.of(limit.value * size, errors_of(limit.error, share) * size, limit.parts * size)
         return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
     begun, pressed, sink = [Outcome(state) for state in states], body.pressed(fine), -float(fine.q[1])
@@ -189,7 +189,7 @@ def extrapolated_equilibrium(
     found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
     before, strained = (layer_stretch(levels.maker(k), found[k].state.u) for k in (last - 1, last))
-    error = np.where(held, 0.0, errors_of(best.error, levels.share)) * unit * scales.lengths[:k]
+    error = np.where(held, 0.0, errors_of(best.error, share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
     off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
     beneath = ground_notes(sensor, scales.pose(q))
