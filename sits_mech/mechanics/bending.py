@@ -76,14 +76,6 @@ class Seen(NamedTuple):
     off: float
 
 
-@dataclass(frozen=True)
-class Bent:
-    """How far loads move points of a target upwards: as a rigid one, and what it bends besides, (l, p) each [m]."""
-
-    rigid: Array
-    bend: Array
-
-
 @dataclass(frozen=True, eq=False)
 class BondedPlate:
     """A target on its pad; made by `bonded_plate`."""
@@ -149,10 +141,6 @@ class BondedPlate:
         rigid[motion] = np.linalg.solve(self.pad[np.ix_(motion, motion)], f[motion])
         free[rows] = np.linalg.solve(whole[np.ix_(rows, rows)], f[rows])
         return rigid, free - rigid
-
-    def bent(self, loads: Sequence[Wrench], stiffness: float, places: Array) -> Bent:
-        """Return how loads, as of `answers`, move places (n, 2) from its middle [m]."""
-        return Bent(*((self.heights(places) @ each).T for each in self.answers(loads, stiffness)))
 
     def as_motion(self, moved: Array, seen: Seen, free: Sequence[int] = (1, 2, 4)) -> tuple[Array, Array]:
         """Return motions (l, 6) of a rigid target that coils see as q and a, (l, 6 + m), and what they are off by (l,).

@@ -1,4 +1,4 @@
-"""How does a metal foil bend on its pad that is pressed on a spot of it? Another code's answer, the foil meshed.
+"""How does a metal foil bend on its pad that is pressed, on a spot or evenly? Another code's answer, the foil meshed.
 
 NGSolve. A foil of E, nu and thickness h, by displacements, lies on silicone of mu and K = 1000 mu, by displacements
 u of order n and a continuous pressure p of order n - 1 that ends with it (one that goes on into the foil, whose stress
@@ -28,7 +28,7 @@ BOXES = ((15.0, 0.1), (15.0, 0.2), (15.0, 0.4), (8.0, 0.2))  # width, of 8 mm le
 DISCS, LOADS = (0.1, 0.2, 0.4), (1.0, 6.0)  # thicknesses; N
 
 
-def box(width: float, h: float, E: float, mu: float = 0.014943) -> list[float]:
+def box(width: float, h: float, E: float, mu: float = 0.014943, *, even: bool = False) -> list[float]:
     """Return the heights in the middle, at the ends along x and y and in a corner, and the mean [mm]."""
     from netgen.occ import Box, Glue, OCCGeometry
     from ngsolve import (
@@ -74,7 +74,7 @@ def box(width: float, h: float, E: float, mu: float = 0.014943) -> list[float]:
     A = BilinearForm(X, symmetric=True)
     A += (2 * mu * InnerProduct(dev(u), dev(v)) + p * div(v) + q * div(u) - p * q / (1000 * mu)) * dx("pad")
     A += (2 * G * InnerProduct(dev(u), dev(v)) + K * div(u) * div(v)) * dx("foil")
-    spot = IfPos(SPOT**2 - x * x - y * y, 1.0, 0.0)
+    spot = IfPos(SPOT**2 - x * x - y * y, 1.0, 1.0 if even else 0.0)
     top = mesh.Boundaries("top")
     f = LinearForm(X)
     f += -0.25 / Integrate(spot, mesh, definedon=top, order=20) * spot * v[2] * ds("top", bonus_intorder=16)
@@ -160,6 +160,8 @@ def main() -> None:
     for width, h in BOXES:
         own, flat = (box(width, h, E) for E in (MODULUS, RIGID * MODULUS))
         _say(f"{width:g} x 8 mm, foil {h} mm: middle, ends, corner, mean", own, flat[-1])
+    own, flat = (box(15.0, 0.2, E, even=True) for E in (MODULUS, RIGID * MODULUS))
+    _say("15 x 8 mm, foil 0.2 mm, even: middle, ends, corner, mean", own, flat[-1])
     for h in DISCS:
         for load, own, flat in zip(LOADS, *(disc(h, E, LOADS) for E in (MODULUS, RIGID * MODULUS)), strict=True):
             _say(f"disc, foil {h} mm, {load:g} N: middle, half-way, rim", own, flat[0])
