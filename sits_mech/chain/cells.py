@@ -34,7 +34,7 @@ from sits_mech.chain.propagation import levers, signal_weights, unloaded_pose
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.cells import cells_pad
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose
+from sits_mech.quantities import POSE, WRENCH, Array, Pose
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.parts import Conductor, Plate
 from sits_mech.scene.sensor import Sensor
@@ -137,13 +137,12 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
         raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
     began = time.process_time()
     cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
-    rows = np.abs(signal_weights(cells.sensor)).max(axis=1) > _ROUNDING
-    reads = tuple(name for name, row in zip(FORCES, rows, strict=True) if row)
-    pad, (S, off) = cells_pad(cells, tolerance), _signal_slopes(cells, rows, tolerance)
+    reads, weights = forces_read(cells)
+    pad, (S, off) = cells_pad(cells, tolerance), signal_slopes(cells, weights, tolerance)
     limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
     mechanical, total = limit.value
     C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
-    least = np.abs(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
+    least = np.abs(own_calibration(S, C, reads))
     missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
     missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
     error, strain = limit.error[1] + missed, pad.softening(load)
@@ -156,9 +155,21 @@ def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
     """Return the mechanical crosstalk and the whole, (n, r, n, 3), by slopes of signals and a compliance."""
     whole = np.einsum("irkp,kpjw->irjw", S, C)
     silicone = np.einsum("irp,ipjw->irjw", _own(S), C)
-    own = np.linalg.inv(_own(whole)[..., _places(reads)])
+    own = own_calibration(S, C, reads)
     through, every = (np.einsum("irs,isjw->irjw", own, each[..., _places(FORCES)]) for each in (silicone, whole))
     return through, every
+
+
+def forces_read(cells: Cells) -> tuple[tuple[str, ...], Array]:
+    """Return the forces that a cell reads, r of `FORCES`, and the weights of its coils in their signals, (r, c)."""
+    weights = signal_weights(cells.sensor)
+    rows = np.abs(weights).max(axis=1) > _ROUNDING
+    return tuple(name for name, row in zip(FORCES, rows, strict=True) if row), weights[rows]
+
+
+def own_calibration(S: Array, C: Array, reads: tuple[str, ...]) -> Array:
+    """Return G_ii^-1, what each cell makes of its signals, (n, r, r) [N/H]."""
+    return np.asarray(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
 
 
 def _own(of_pairs: Array) -> Array:
@@ -171,10 +182,10 @@ def _places(forces: Sequence[str]) -> list[int]:
     return [WRENCH.index(name) for name in forces]
 
 
-def _signal_slopes(cells: Cells, rows: Mask, tolerance: float) -> tuple[Array, Array]:
-    """Return S of the module docstring and its error, shape (n, r, n, 6) [H/m, H/rad]."""
-    sensor, centres = cells.sensor, cells.centres
-    weights, n = signal_weights(sensor)[rows], len(centres)
+def signal_slopes(cells: Cells, weights: Array, tolerance: float) -> tuple[Array, Array]:
+    """Return S of the module docstring and its error, (n, r, n, 6) [H/m, H/rad], by weights (r, c) of a cell's coils.
+    """
+    sensor, centres, n = cells.sensor, cells.centres, len(cells.targets)
     alone = sheets(sensor, tolerance)
     pose, lever = unloaded_pose(sensor), levers(sensor)
 

@@ -9,7 +9,10 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.chain.cells import FORCES, CellCrosstalk
+from sits_mech.chain.cells_touch import CellTouch
+from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.geometry.tracks import coil_lines
+from sits_mech.quantities import POSE
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
@@ -40,7 +43,7 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
     for i, name in enumerate(names):
         each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
         press.add_row(name, *(with_error(*both) if j != i else "" for j, both in enumerate(each)))
-    strain = "not bounded" if math.isinf(found.finite_strain) else f"{100.0 * found.finite_strain:.2g} % of each figure"
+    strain = _strain(found.finite_strain) + " of each figure" * math.isfinite(found.finite_strain)
     lines = [
         *status_lines(found.flags),
         ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
@@ -48,6 +51,61 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
         ("took", f"{found.seconds:.3g} s"),
     ]
     return [most, press, key_table("crosstalk", lines)]
+
+
+def touch_record(found: CellTouch) -> dict[str, Any]:
+    """Return what a touch does for a program: by cell, its pose, coils and forces read [m, rad, H, N]."""
+    shown = ("force", "poses", "pose_error", "L", "L_error", "L_rest", "reads", "read", "read_error", "finite_strain",
+             "seconds")
+    coils = [coil.name for coil in found.cells.sensor.coils]
+    record = {"cells": found.cells.names, "coils": coils, "components": POSE}
+    return record | {name: getattr(found, name) for name in shown} | status_record(found.flags)
+
+
+def touch_tables(found: CellTouch) -> list[Table]:
+    """Return what a touch does for a reader: poses and coils of each cell, forces read, and what is left out."""
+    names, (turns, coils) = found.cells.names, (("alpha", "alpha_x"), found.cells.sensor.coils)
+    poses = column_table("how far targets move", ["cell", "d_h [um]", "d_y [um]", "d_v [um]",
+                                                  *(f"{name} [mrad]" for name in turns)])
+    columns = [(name, 1e3 if name in turns else 1e6) for name in ("d_h", "d_y", "d_v", *turns)]
+    rest = unloaded_pose(found.cells.sensor).components
+    for name, pose, error in zip(names, found.poses - rest, found.pose_error, strict=True):
+        each = [[scale * float(part[POSE.index(key)]) for part in (pose, error)] for key, scale in columns]
+        poses.add_row(name, *(with_error(*both) for both in each))
+    heads = [f"{coil.name} [% of L_rest]" for coil in coils] + [f"reads {name} [mN]" for name in found.reads]
+    read = column_table("what cells read", ["cell", *heads])
+    percent, off = (100.0 * part / found.L_rest for part in (found.L - found.L_rest, found.L_error))
+    for k, name in enumerate(names):
+        forces = 1e3 * found.read[k], 1e3 * found.read_error[k]
+        both = np.concatenate([np.stack([percent[k], off[k]], axis=1), np.stack(forces, axis=1)])
+        read.add_row(name, *(with_error(*each) for each in both.tolist()))
+    lines = [
+        *status_lines(found.flags),
+        ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
+        ("left out", f"finite strain: {_strain(found.finite_strain)} of how far targets move"),
+        ("took", f"{found.seconds:.3g} s"),
+    ]
+    return [poses, read, key_table("touch", lines)]
+
+
+def touch_figure(found: CellTouch) -> Figure:
+    """Draw the pad with its cells and the touch from above, and what the coils of each change by."""
+    names, coils = found.cells.names, found.cells.sensor.coils
+    with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, bars)):
+        _draw_plan(plan, found.cells)
+        change, off = (100.0 * part / found.L_rest for part in (found.L - found.L_rest, found.L_error))
+        for k, coil in enumerate(coils):
+            places = np.arange(len(names)) + 0.8 * ((k + 0.5) / len(coils) - 0.5)
+            bars.bar(places, change[:, k], 0.7 / len(coils), yerr=off[:, k], color=f"C{k}", label=coil.name)
+        bars.set_xticks(range(len(names)), names)
+        bars.set(xlabel="cell", ylabel=r"$\Delta L$ [% of $L$ at rest]", title=f"coils under {found.force:g} N")
+        bars.legend()
+        return figure
+
+
+def _strain(share: float) -> str:
+    """Return a share of finite strain in words."""
+    return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} %"
 
 
 def cells_figure(found: CellCrosstalk) -> Figure:
@@ -76,5 +134,12 @@ def _draw_plan(axes: Axes, cells: Cells) -> None:
         for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
             axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
         axes.annotate(cell.name, MM * place, ha="center", va="center", fontsize=7)
+    if cells.cover_ends is not None:
+        low, high = cells.cover_ends
+        add_polygons(axes, MM * (box * (high - low) + (low + high) / 2.0)[None], facecolors="#e8c48a80", edgecolors="k")
+    if cells.touch is not None:
+        at, flat = cells.touch.place, cells.touch.border
+        axes.fill(*MM * (flat + at).T, facecolor="#3050c040", edgecolor="#3050c0")
+        axes.plot(*MM * np.array(at), "+", color="#3050c0", markersize=6)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="cells and coils from above")
     axes.grid(False)

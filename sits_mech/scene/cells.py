@@ -19,10 +19,11 @@ from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Name, Point
 from sits_mech.scene.coils import Coil
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, scene_tables, sensor_from
-from sits_mech.units import SceneError
+from sits_mech.scene.touch import Touch, is_on
+from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
-_LEFT_OUT = ("cover", "conductors", "touch", "substrate_radius")
+_LEFT_OUT = ("conductors", "substrate_radius")
 _MOST = 9  # cells of a pad
 _CLEAR = 1e-3  # thicknesses between two targets, so that there are cells between them
 
@@ -52,11 +53,15 @@ class Cells(BaseModel):
         One cell alone, in the middle of the pad.
     targets : tuple of Cell
         Where its target stands, with its coils.
+    touch : Touch or None
+        What presses on them, its place from the middle of the pad [m]: a pressure on any part of the upper face, or a
+        rigid shape on one target, on the silicone beside all, or on the cover, which reaches beyond the outer targets.
     """
 
     model_config = FORM
     sensor: Sensor
     targets: tuple[Cell, ...]
+    touch: Touch | None = None
 
     @property
     def names(self) -> list[str]:
@@ -82,6 +87,32 @@ class Cells(BaseModel):
             raise SceneError(f"elastomer must be a box under several targets; got {got}")
         return target, pad
 
+    @property
+    def cover_ends(self) -> Array | None:
+        """The least and the largest x and y of the cover, (2, 2) [m], to the pad's sides; None without one."""
+        cover, (target, pad) = self.sensor.cover, self.parts
+        if cover is None:
+            return None
+        ends = np.stack([self.centres.min(axis=0), self.centres.max(axis=0)])
+        ends += (0.5 * np.array(target.extent) + cover.overhang) * np.array([[-1.0], [1.0]])
+        half = 0.5 * np.array(pad.extent)
+        return np.where(np.abs(ends) > half - _CLEAR * pad.thickness, np.sign(ends) * half, ends)
+
+    @property
+    def touched(self) -> Touch:
+        """The touch; SceneError where there is none."""
+        if self.touch is None:
+            raise SceneError("touch must be given to press on cells; it is missing")
+        return self.touch
+
+    @property
+    def pressed_target(self) -> int | None:
+        """Which bare target a rigid touch is on as a whole; None of a pressure, and on silicone."""
+        touch, (target, _) = self.touched, self.parts
+        if self.sensor.cover is not None or touch.shape == "pressure":
+            return None
+        return next((k for k, at in enumerate(self.centres) if is_on(touch, target, touch.place - at)), None)
+
     def coils_at(self, place: Array, name: str = "") -> tuple[Coil, ...]:
         """Return the coils of a cell whose target's centre is at a place (x, y) [m]; `name` goes before theirs."""
         return tuple(
@@ -103,7 +134,45 @@ class Cells(BaseModel):
         _check_places(self.targets, *self.parts)
         every = [self.coils_at(np.array(cell.centre), f"{cell.name}.") for cell in self.targets]
         check_parts([coil for coils in every for coil in coils], None, None, (), None)
+        self._check_cover()
+        if self.touch is not None:
+            self._check_touch(self.touch)
         return self
+
+    def _check_cover(self) -> None:
+        """Refuse a cover that reaches beyond the pad, but where targets do so far."""
+        if self.sensor.cover is None:
+            return
+        target, pad = self.parts
+        room = 0.5 * np.subtract(pad.extent, target.extent) - np.abs(self.centres).max(axis=0)
+        most = float(np.where(room > SLACK * pad.thickness, room, np.inf).min())
+        if self.sensor.cover.overhang > most * (1.0 + SLACK):
+            raise SceneError(f"cover.overhang must be at most {mm(most)} beyond the outer targets, or it reaches "
+                             f"beyond the pad; got {mm(self.sensor.cover.overhang)}")
+
+    def _check_touch(self, touch: Touch) -> None:
+        """Refuse a touch beside the upper face, or a rigid one over the rim of a bare target."""
+        target, pad = self.parts
+        half = 0.5 * np.array(pad.extent)
+        low, high = (-half, half) if self.cover_ends is None else self.cover_ends
+        border, place = touch.border + touch.place, ", ".join(map(mm, touch.place))
+        what = "pad" if self.cover_ends is None else "cover"
+        got = f"got a {touch.words} at {place}"
+        if np.any(border < low - SLACK * half) or np.any(border > high + SLACK * half):
+            sides = " x ".join(map(mm, (high - low).tolist()))
+            raise SceneError(f"touch must lie on the {what}, {sides}, as a whole; {got}")
+        if self.sensor.cover is not None or touch.shape == "pressure" or self.pressed_target is not None:
+            return
+        for name, height in zip(self.names, self.heights_over(touch), strict=True):
+            if height <= target.thickness:
+                raise SceneError(f"touch must lie on one target or on the silicone beside all, of bare targets "
+                                 f"{mm(target.thickness)} thick, and not over the rim of targets.{name}; {got}")
+
+    def heights_over(self, touch: Touch) -> Array:
+        """Return how far a touch's nearest part over each target is above its lowest point, (n,) [m]; inf beside it."""
+        flat = np.abs(touch.border).max(axis=0)
+        away = np.maximum(np.abs(self.centres - touch.place) - 0.5 * np.array(self.parts[0].extent) - flat, 0.0)
+        return np.where(np.any(away * (flat > 0.0) > 0.0, axis=1), np.inf, touch.height(away * (flat == 0.0)))
 
 
 def _check_places(cells: Sequence[Cell], target: Target, pad: Elastomer) -> None:
@@ -147,5 +216,5 @@ def load_cells(source: str | Path, overrides: Sequence[str] = ()) -> Cells:
     tables = scene_tables(source, overrides)
     if "targets" not in tables:
         raise SceneError(f"{source}: targets must be given, [[targets]] with name and centre of each; it is missing")
-    sensor = sensor_from({key: part for key, part in tables.items() if key != "targets"}, str(source))
-    return checked(Cells, {"sensor": sensor, "targets": tables["targets"]}, "scene", str(source))
+    own = {key: tables.pop(key) for key in ("targets", "touch") if key in tables}
+    return checked(Cells, {"sensor": sensor_from(tables, str(source)), **own}, "scene", str(source))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.cells import _compliance, cells_body, cells_pad
+from sits_mech.mechanics.cells import _compliance, cells_body, cells_level, cells_pad
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.linear import linear_pad
@@ -39,7 +39,7 @@ def test_one_target_is_as_it_is_alone(fineness):
     work = np.stack([work_of_load(unit, 0.5, np.zeros(6)) for unit in np.eye(6)], axis=1)
     scales = pad_scales(sensor, 1.0)
     alone = scales.lengths[:, None] * (C @ work) / scales.loads
-    found = _compliance(cells, cells_body(cells, *fineness))[0, :, 0]
+    found = _compliance(cells, cells_level(cells, cells_body(cells, *fineness)))[0, :, 0]
     assert np.abs(found - alone).max(axis=1) == pytest.approx(0.0, abs=1e-9 * np.abs(alone).max())
     assert found == pytest.approx(alone, rel=1e-9, abs=1e-11 * np.abs(alone).max())
 
@@ -50,7 +50,7 @@ def test_what_one_cell_does_to_another_it_does_back():
         COIL, 'targets=[{name="A", centre=["-5 mm", "-1 mm"]}, {name="B", centre=["5 mm", "2 mm"]}]',
         'target.load_height="0 mm"',
     ])
-    C = _compliance(cells, cells_body(cells, 1, 0)) * FLIPPED[:, None, None]
+    C = _compliance(cells, cells_level(cells, cells_body(cells, 1, 0))) * FLIPPED[:, None, None]
     size = np.sqrt(np.einsum("irir->ir", C))
     scaled = C / (size[..., None, None] * size)
     assert scaled == pytest.approx(scaled.transpose(2, 3, 0, 1), abs=1e-10)

@@ -51,6 +51,7 @@ Held = Mask
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
 _ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
+_SINGULAR = "elastomer: must have a stiffness at rest; it has none"
 _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
 MIN_J_KEPT = 0.2
@@ -154,6 +155,20 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
     return _Linear(numbers, values, T, extra, here)
 
 
+def factored_shapes(body: Bonded, here: State, shapes: Array, f: Array | float = 0.0) -> tuple[Factor, Array]:
+    """Eliminate the free displacements of a body that does not move from `shapes` (n, d, m) of its bonded nodes.
+
+    Return with that the residual on them (m,) under nodal forces f, its free ones at rest. Raises ValueError where the
+    body is singular.
+    """
+    found, m = residuals_of(body, here), shapes.shape[-1]
+    left, made = found.forces[: body.mesh.nodes.size] - f, _with_shapes(body, here, found, shapes)
+    factor = _eliminated(body.pattern, made, [*range(6, 6 + m)], left[body.pattern.free])
+    if factor is None:
+        raise ValueError(_SINGULAR)
+    return factor, np.einsum("nd,ndm->m", left[body.bonded], shapes) + factor.side.T @ factor.step
+
+
 def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Array:
     """Return the stiffness on the motion q and on `shapes` (n, d, m) of the bonded nodes, shape (6 + m, 6 + m).
 
@@ -167,7 +182,7 @@ def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Ar
     for pattern, some in parts:
         found = _eliminated(pattern, made, some, np.zeros(len(pattern.free)))
         if found is None:
-            raise ValueError("elastomer: must have a stiffness at rest; it has none")
+            raise ValueError(_SINGULAR)
         K[np.ix_(some, some)] = found.stiffness
     return K
 
