@@ -33,7 +33,7 @@ from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.shapes import GRADING, beside_lines, graded, lines_through, low_corner, under_lines
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
 from sits_mech.mechanics.pad.stack import covering, interfaces
-from sits_mech.mechanics.pressed import Level, touch_forces
+from sits_mech.mechanics.pressed import Level, followed, touch_forces
 from sits_mech.mechanics.spread import spreads
 from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.cells import Cells
@@ -59,7 +59,8 @@ class CellsPad:
         P = np.zeros(len(level.flexibility))
         P[:6] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
         q = level.flexibility @ P
-        return float(abs(level.second(q, P)[1] / q[1]))
+        u = level.fields(q)
+        return float(abs(level.second(u, P, 0.0 * u)[1] / q[1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,14 +104,15 @@ def touched_cells(cells: Cells, force: float, tolerance: float = 1e-2) -> Touche
     """
     asked, levels, scales = checked_tolerance(tolerance), _levels(cells), pad_scales(cells.sensor, 1.0)
     ways, half = spreads(cells, force), 0.5 * max(cells.parts[0].extent)
-    lever = np.array([1.0, 1.0, half, 1.0, half, half])
+    scale, lever = (scales.thickness, force / scales.force), np.array([1.0, 1.0, half, 1.0, half, half])
 
     def measured(level: int) -> tuple[Array, ...]:
         """Return compliance, the poses' change, what other ways do of it, and on the first level the second step."""
         own = cells_level(cells, levels.maker(level))
-        f = touch_forces(own, ways, scales.thickness, force / scales.force)
+        f = np.stack([touch_forces(own, way, *scale) for way in ways], axis=1)
         q = own.flexibility @ own.work(f)
-        more = own.second(q[:, 0], 0.0 * q[:, 0], f[:, 0]) if level == 0 else 0.0 * q[:, 0]
+        u = own.fields(q[:, 0]) + own.held(f[:, 0]) if level == 0 else np.zeros(0)
+        more = own.second(u, 0.0, followed(own, u, cells.touched, ways[0], scale)) if level == 0 else 0.0 * q[:, 0]
         each = q[:, 0], np.abs(q - q[:, :1]).max(axis=1), more
         return _compliance(cells, own), *(part.reshape(-1, 6) * scales.lengths for part in each)
 

@@ -9,14 +9,15 @@ reciprocity: what a touch does to the targets is its work on the fields of their
 the targets alone, wherever it presses. Forces f_p at points x_p of the surface are nodal ones, f = N(x_p)^T f_p; a
 uniform pressure is equal forces at points evenly on its area, other touches as spread.py spreads them.
 
-Finite strain: Newton's second step, from u with its pressures by the tangent there, moves the targets on by dq.
+Finite strain: Newton's second step, from u with its pressures by the tangent there, moves the targets on by dq. Forces
+without friction follow the face there, f_x = -f_z w_x with w the height of the face above that at rest, and a guided
+shape stays above its place while the face moves aside below it.
 
 Lengths in thicknesses of the pad, forces in mu t^2. Left out: friction, and what presses beside the upper face.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,7 +26,9 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import gradients, volumes
 from sits_mech.mechanics.equilibrium.body import Bonded, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import Factor, factored_shapes
+from sits_mech.mechanics.spread import Spread
 from sits_mech.quantities import Array
+from sits_mech.scene.touch import Touch
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +67,13 @@ class Level:
         u[free] = self.factor.of_free.solve(f[free])
         return u
 
-    def second(self, q: Array, P: Array, f: Array | None = None) -> Array:
-        """Return dq of the module docstring, (m,); infinite where a point is turned inside out."""
+    def second(self, u: Array, P: Array | float, f: Array) -> Array:
+        """Return dq of the module docstring, (m,), from u (d n,) under loads P and nodal forces f; inf if inverted."""
         mesh, laws = self.body.mesh, self.body.laws
-        f = np.zeros(mesh.nodes.size) if f is None else f
-        u = self.fields(q) + self.held(f)
         volume = np.trace(gradients(mesh, u).reshape(*mesh.inside.weights.shape, 3, 3), axis1=-2, axis2=-1)
         there = replace(rest(self.body), u=u, p=laws.K * volumes(mesh, volume))
         if not smallest_volume(self.body, u, everywhere=False) > 0.0:
-            return np.full_like(q, np.inf)
+            return np.full(self.shapes.shape[-1], np.inf)
         found, left = factored_shapes(self.body, there, self.shapes, f)
         return np.asarray(np.linalg.solve(found.stiffness, P - left))
 
@@ -111,9 +112,22 @@ def _along(nodes: Array, places: Array) -> Array:
     return found
 
 
-def touch_forces(level: Level, points: Sequence[tuple[Array, Array]], thickness: float, F: float) -> Array:
-    """Return the nodal forces (d n, k) of k ways in which F [mu t^2] lies at points (p, 2) [m] with shares (p,)."""
-    surface, found = _surface(level), np.zeros((level.body.mesh.nodes.size, len(points)))
-    for k, (places, share) in enumerate(points):
-        found[surface.upward.ravel(), k] = -F * (share @ surface.at(places / thickness).reshape(len(share), -1))
+def touch_forces(level: Level, spread: Spread, thickness: float, F: float) -> Array:
+    """Return the nodal forces (d n,) by which F [mu t^2] lies at points (p, 2) [m] with shares (p,)."""
+    surface, found, (places, share) = _surface(level), np.zeros(level.body.mesh.nodes.size), spread
+    found[surface.upward.ravel()] = -F * (share @ surface.at(places / thickness).reshape(len(share), -1))
     return found
+
+
+def followed(level: Level, u: Array, touch: Touch, spread: Spread, scale: tuple[float, float]) -> Array:
+    """Return the nodal forces of a touch where it has moved the face by u; `scale` as of `touch_forces`."""
+    surface, (points, share) = _surface(level), spread
+    there = u[surface.upward[..., None] + np.array([-2, -1, 0])]
+    if touch.friction == "none" and touch.shape != "pressure":
+        place = np.array(touch.place)[None] / scale[0]
+        points = points - scale[0] * np.einsum("pxy,xyk->pk", surface.at(place), there[..., :2])
+    f = touch_forces(level, (points, share), *scale)
+    if touch.friction == "none":
+        for k, axis in enumerate((surface.x, surface.y)):
+            f[surface.upward - 2 + k] = -f[surface.upward] * np.gradient(there[..., 2], axis, axis=k)
+    return f

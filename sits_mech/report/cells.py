@@ -82,7 +82,7 @@ def touch_tables(found: CellTouch) -> list[Table]:
     lines = [
         *status_lines(found.flags),
         ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
-        ("left out", f"finite strain: {_strain(found.finite_strain)} of how far targets move"),
+        ("finite strain", f"{_strain(found.finite_strain)} of how far targets move; of small strain: forces read"),
         ("took", f"{found.seconds:.3g} s"),
     ]
     return [poses, read, key_table("touch", lines)]
@@ -99,7 +99,8 @@ def touch_figure(found: CellTouch) -> Figure:
             bars.bar(places, change[:, k], 0.7 / len(coils), yerr=off[:, k], color=f"C{k}", label=coil.name)
         bars.set_xticks(range(len(names)), names)
         bars.set(xlabel="cell", ylabel=r"$\Delta L$ [% of $L$ at rest]", title=f"coils under {found.force:g} N")
-        bars.legend()
+        if len(coils) > 1:
+            bars.legend()
         return figure
 
 
