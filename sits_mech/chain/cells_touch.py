@@ -27,7 +27,7 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.chain.cells import forces_read, own_calibration, signal_slopes
 from sits_mech.chain.propagation import diagonals, levers, unloaded_pose
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.cells import touched_cells
+from sits_mech.mechanics.cells import cells_pad
 from sits_mech.quantities import Array, Pose
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.thermal import at_temperature
@@ -123,7 +123,7 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
     sensor, (reads, weights) = cells.sensor, forces_read(cells)
     r, lever, rest = len(reads), levers(sensor), unloaded_pose(sensor).components
-    pad = touched_cells(cells, given, _AIM * tolerance)
+    pad = cells_pad(cells, _AIM * tolerance, given)
     S, off = signal_slopes(cells, np.concatenate([weights, np.eye(len(sensor.coils))]), tolerance)
     moved, read = pad.levels.limit(pad.moved), pad.levels.limit([
         np.einsum("irs,iskp,kp->ir", own_calibration(S[:, :r], own, reads), S[:, :r], by)

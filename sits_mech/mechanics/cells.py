@@ -17,7 +17,7 @@ has the same mesh. Unknowns: displacements of the whole pad [thicknesses]. Error
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -45,85 +45,63 @@ _ONE = 1e-4  # thicknesses: sides of targets that are closer have one line
 
 @dataclass(frozen=True, eq=False)
 class CellsPad:
-    """The compliances of several targets on one pad; made by `cells_pad`."""
+    """The compliances of several targets on one pad, and what a touch does; made by `cells_pad`."""
 
     cells: Cells
     levels: Levels
     compliances: tuple[Array, ...]
     """Of each level d(pose)/d(wrench), (n, 6, n, 6), in the order of `Pose` and `Wrench` [m, rad per N, N m]."""
+    moved: tuple[Array, ...]
+    """Of each level the change of the poses by the scene's touch, (n, 6) [m, rad]: none without a force."""
+    spread: Array
+    """What other ways in which the touch may lie on silicone change of it, (n, 6)."""
+    second: Array
+    """What Newton's second step adds to it, (n, 6): finite strain to first order; infinite where it is not bounded."""
 
     @one_thread
     def softening(self, F_z: float) -> float:
         """Return Newton's second step of how far a press [N] moves a cell, over the first one."""
-        level, scales = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0)
+        level, load = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0).load(Wrench(F_z=F_z))
         P = np.zeros(len(level.flexibility))
-        P[:6] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
-        q = level.flexibility @ P
-        u = level.fields(q)
-        return float(abs(level.second(u, P, 0.0 * u)[1] / q[1]))
-
-
-@dataclass(frozen=True, eq=False)
-class TouchedCells:
-    """How a scene's touch moves its targets; made by `touched_cells`."""
-
-    levels: Levels
-    compliances: tuple[Array, ...]
-    """As of `CellsPad`."""
-    moved: tuple[Array, ...]
-    """Of each level the change of the poses, (n, 6) [m, rad]."""
-    spread: Array
-    """What other ways in which the touch may lie on silicone change of it, (n, 6)."""
-    second: Array
-    """What Newton's second step adds, (n, 6): finite strain to first order; infinite where it is not bounded."""
+        P[:6] = work_of_load(load, 0.0, np.zeros(6))
+        q, none = level.flexibility @ P, np.zeros(level.body.mesh.nodes.size)
+        return float(abs(level.second(level.displaced(q, none), P, none)[1] / q[1]))
 
 
 @one_thread
-def cells_pad(cells: Cells, tolerance: float = 1e-2) -> CellsPad:
-    """Return the compliances of a scene's targets; levels are added until their own ones are exact to `tolerance`.
+def cells_pad(cells: Cells, tolerance: float = 1e-2, force: float | None = None) -> CellsPad:
+    """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
-    Raise ValueError where memory does not hold the first two levels.
+    Levels are added until the targets' own compliances are exact to `tolerance`, or their motions by the touch, of the
+    largest. Raise ValueError where memory does not hold the first two levels, and as `spreads`.
     """
-    asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
-
-    def enough(found: list[Array]) -> bool:
-        """Whether the error of the cells' own compliances is as asked."""
-        limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C in found])
-        return float(np.max(limit.error / np.abs(limit.value))) <= asked
-
-    measured = (_compliance(cells, cells_level(cells, levels.maker(level))) for level in range(len(levels)))
-    found, _ = refine(levels, measured, enough, len(levels))
-    return CellsPad(cells, levels, tuple(found))
-
-
-@one_thread
-def touched_cells(cells: Cells, force: float, tolerance: float = 1e-2) -> TouchedCells:
-    """Return how a scene's touch by a force [N] moves its targets, to `tolerance` of the largest displacement.
-
-    Raise ValueError as `cells_pad` and SceneError for contact with a target beside the touched silicone.
-    """
-    asked, levels, scales = checked_tolerance(tolerance), _levels(cells), pad_scales(cells.sensor, 1.0)
-    ways, half = spreads(cells, force), 0.5 * max(cells.parts[0].extent)
-    scale, lever = (scales.thickness, force / scales.force), np.array([1.0, 1.0, half, 1.0, half, half])
+    asked, n, levels, scales = checked_tolerance(tolerance), len(cells.targets), _levels(cells), pad_scales(cells.sensor, 1.0)
+    ways = [] if force is None else spreads(cells, force)
+    scale, half = (scales.thickness, (force or 0.0) / scales.force), 0.5 * max(cells.parts[0].extent)
 
     def measured(level: int) -> tuple[Array, ...]:
-        """Return compliance, the poses' change, what other ways do of it, and on the first level the second step."""
+        """Return compliance, the poses' change, what other ways change of it, and on the first level the second step."""
         own = cells_level(cells, levels.maker(level))
-        f = np.stack([touch_forces(own, way, *scale) for way in ways], axis=1)
-        q = own.flexibility @ own.work(f)
-        u = own.fields(q[:, 0]) + own.held(f[:, 0]) if level == 0 else np.zeros(0)
-        more = own.second(u, 0.0, followed(own, u, cells.touched, ways[0], scale)) if level == 0 else 0.0 * q[:, 0]
-        each = q[:, 0], np.abs(q - q[:, :1]).max(axis=1), more
-        return _compliance(cells, own), *(part.reshape(-1, 6) * scales.lengths for part in each)
+        f = [touch_forces(own, way, *scale) for way in ways]
+        each = np.array([own.flexibility @ own.work(part) for part in f] or np.zeros((1, 6 * n)))
+        q, more = each[0], np.zeros(6 * n)
+        if level == 0 and ways:
+            u = own.displaced(q, f[0])
+            more = own.second(u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
+        found = q, np.abs(each - q).max(axis=0), more
+        return _compliance(cells, own), *(part.reshape(n, 6) * scales.lengths for part in found)
 
     def enough(found: list[tuple[Array, ...]]) -> bool:
         """Whether the error is as asked."""
-        limit = levels.limit([q for _, q, *_ in found])
+        if force is None:
+            limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C, *_ in found])
+            return float(np.max(limit.error / np.abs(limit.value))) <= asked
+        limit, lever = levels.limit([q for _, q, *_ in found]), np.array([1.0, 1.0, half, 1.0, half, half])
         return float(np.max(limit.error * lever)) <= asked * float(np.max(np.abs(limit.value) * lever))
 
     found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
     compliances, moved, spread, more = zip(*found, strict=True)
-    return TouchedCells(levels, compliances, moved, spread[-1], more[0])
+    return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
 
 
 def _levels(cells: Cells) -> Levels:
@@ -171,7 +149,8 @@ def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     where = np.stack([z < 1e-9, bonded, np.zeros(len(z), dtype=bool)])
     half_x, half_y = np.ptp(ends[0], axis=0) / 2.0
     plate, hidden = PlateOutline(half_x, half_y, False), covered is not None
-    return solid(cells.sensor, numbered(own, where, basis, plate, half=False, covered=hidden), 0.0, 0.0).body
+    found = solid(cells.sensor, numbered(own, where, basis, plate, half=False, covered=hidden), 0.0, 0.0)
+    return replace(found.body, components=0)
 
 
 def _compliance(cells: Cells, level: Level) -> Array:

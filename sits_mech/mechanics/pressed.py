@@ -1,4 +1,4 @@
-"""Press on the surface of a pad with rigid targets, at small strain: what that does to the targets.
+"""Press on the surface of a pad with rigid targets: what that does to the targets, at small strain and beyond.
 
 With u = U q + K_ff^-1 f the displacements by the motions q of all targets and nodal forces f on the pad, the targets
 held, U their fields (equilibrium/linearisation.py), S the targets' stiffness and P the work of loads on them,
@@ -6,8 +6,8 @@ held, U their fields (equilibrium/linearisation.py), S the targets' stiffness an
     S q = P + U^T f,
 
 reciprocity: what a touch does to the targets is its work on the fields of their motions, so that the mesh is fine at
-the targets alone, wherever it presses. Forces f_p at points x_p of the surface are nodal ones, f = N(x_p)^T f_p; a
-uniform pressure is equal forces at points evenly on its area, other touches as spread.py spreads them.
+the targets alone, wherever it presses. Forces f_p at points x_p of the surface, as spread.py has them, are nodal ones,
+f = N(x_p)^T f_p, N linear between nodes.
 
 Finite strain: Newton's second step, from u with its pressures by the tangent there, moves the targets on by dq. Forces
 without friction follow the face there, f_x = -f_z w_x with w the height of the face above that at rest, and a guided
@@ -22,12 +22,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from sits_mech.mechanics.element.kernel import gradients, volumes
 from sits_mech.mechanics.equilibrium.body import Bonded, rest, smallest_volume
-from sits_mech.mechanics.equilibrium.linearisation import Factor, factored_shapes
+from sits_mech.mechanics.equilibrium.linearisation import Factor, bending_step, factored_shapes
 from sits_mech.mechanics.spread import Spread
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 from sits_mech.scene.touch import Touch
 
 
@@ -35,99 +36,74 @@ from sits_mech.scene.touch import Touch
 class Level:
     """A pad on one mesh, solved for `shapes` (b, 3, m) of its bonded nodes: the motions of its targets."""
 
-    body: Bonded
+    body: Bonded  # without components
     shapes: Array
     top: float  # height of the surface
 
     @cached_property
     def factor(self) -> Factor:
         """The pad at rest, factored."""
-        return factored_shapes(self.body, rest(self.body), self.shapes)[0]
+        own = range(6, 6 + self.shapes.shape[-1])
+        return factored_shapes(self.body, rest(self.body), self.shapes, [(self.body.pattern, own)])[0]
 
     @cached_property
     def flexibility(self) -> Array:
         """S^-1, (m, m)."""
         return np.linalg.inv(self.factor.stiffness)
 
+    @cached_property
+    def surface(self) -> tuple[Array, Array, Integers]:
+        """Lines through the nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3)."""
+        nodes = self.body.mesh.nodes
+        on = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9)
+        (x, i), (y, j) = (np.unique(np.round(nodes[on, k], 9), return_inverse=True) for k in (0, 1))
+        numbers = np.zeros((len(x), len(y), 3), dtype=int)
+        numbers[i, j] = 3 * on[:, None] + np.arange(3)
+        return x, y, numbers
+
+    def at(self, points: Array) -> Array:
+        """Return N of the surface, (p, x, y), at points (p, 2)."""
+        x, y = (make_interp_spline(own, np.eye(len(own)), k=1)(points[:, k]) for k, own in enumerate(self.surface[:2]))
+        return np.asarray(x[:, :, None] * y[:, None])
+
     def work(self, f: Array) -> Array:
         """Return U^T f, (m, ...), of nodal forces (d n, ...)."""
         on_bonded = np.tensordot(self.shapes, f[self.body.bonded], axes=((0, 1), (0, 1)))
         return np.asarray(on_bonded + self.factor.by_q.T @ f[self.body.pattern.free])
 
-    def fields(self, q: Array) -> Array:
-        """Return U q, (d n, ...), of motions (m, ...)."""
-        u = np.zeros((self.body.mesh.nodes.size, *q.shape[1:]))
-        u[self.body.pattern.free] = self.factor.by_q @ q
-        u[self.body.bonded] = np.tensordot(self.shapes, q, axes=1)
-        return u
-
-    def held(self, f: Array) -> Array:
-        """Return K_ff^-1 f, (d n, ...)."""
+    def displaced(self, q: Array, f: Array) -> Array:
+        """Return u of the module docstring, (d n,)."""
         u, free = np.zeros_like(f), self.body.pattern.free
-        u[free] = self.factor.of_free.solve(f[free])
+        u[free] = self.factor.by_q @ q + self.factor.of_free.solve(f[free])
+        u[self.body.bonded] = self.shapes @ q
         return u
 
-    def second(self, u: Array, P: Array | float, f: Array) -> Array:
+    def second(self, u: Array, P: Array, f: Array) -> Array:
         """Return dq of the module docstring, (m,), from u (d n,) under loads P and nodal forces f; inf if inverted."""
-        mesh, laws = self.body.mesh, self.body.laws
-        volume = np.trace(gradients(mesh, u).reshape(*mesh.inside.weights.shape, 3, 3), axis1=-2, axis2=-1)
-        there = replace(rest(self.body), u=u, p=laws.K * volumes(mesh, volume))
-        if not smallest_volume(self.body, u, everywhere=False) > 0.0:
-            return np.full(self.shapes.shape[-1], np.inf)
-        found, left = factored_shapes(self.body, there, self.shapes, f)
-        return np.asarray(np.linalg.solve(found.stiffness, P - left))
-
-
-@dataclass(frozen=True, eq=False)
-class _Surface:
-    """The nodes of a pad's upper face, a tensor grid with those in the middles of its cells."""
-
-    x: Array
-    y: Array
-    upward: Array  # (x, y), numbers of displacements along z
-
-    def at(self, points: Array) -> Array:
-        """Return which combination of nodal values a point's is, (p, x, y)."""
-        return np.asarray(_along(self.x, points[:, 0])[:, :, None] * _along(self.y, points[:, 1])[:, None])
-
-
-def _surface(level: Level) -> _Surface:
-    """Return the surface of a pad."""
-    nodes = level.body.mesh.nodes
-    on = np.flatnonzero(np.abs(nodes[:, 2] - level.top) < 1e-9)
-    x, y = (np.unique(np.round(nodes[on, k], 9)) for k in (0, 1))
-    upward = np.full((len(x), len(y)), -1)
-    upward[tuple(np.abs(axis - nodes[on, k, None]).argmin(axis=1) for k, axis in ((0, x), (1, y)))] = 3 * on + 2
-    return _Surface(x, y, upward)
-
-
-def _along(nodes: Array, places: Array) -> Array:
-    """Return the quadratic shape functions of an axis's nodes at places, (p, n)."""
-    lines = nodes[::2]
-    cell = np.clip(np.searchsorted(lines, places) - 1, 0, len(lines) - 2)
-    s = 2.0 * (places - lines[cell]) / np.diff(lines)[cell] - 1.0
-    found = np.zeros((len(places), len(nodes)))
-    for k, value in enumerate((0.5 * s * (s - 1.0), 1.0 - s**2, 0.5 * s * (s + 1.0))):
-        found[np.arange(len(places)), 2 * cell + k] = value
-    return found
+        mesh = self.body.mesh
+        p = self.body.laws.K * volumes(mesh, gradients(mesh, u)[..., ::4].sum(axis=-1))
+        found = None
+        if smallest_volume(self.body, u, everywhere=False) > 0.0:
+            found = bending_step(self.body, replace(rest(self.body), u=u, p=p), self.shapes, 0.0, P, f)
+        return np.full_like(P, np.inf) if found is None else found[1]
 
 
 def touch_forces(level: Level, spread: Spread, thickness: float, F: float) -> Array:
     """Return the nodal forces (d n,) by which F [mu t^2] lies at points (p, 2) [m] with shares (p,)."""
-    surface, found, (places, share) = _surface(level), np.zeros(level.body.mesh.nodes.size), spread
-    found[surface.upward.ravel()] = -F * (share @ surface.at(places / thickness).reshape(len(share), -1))
+    found, (points, share) = np.zeros(level.body.mesh.nodes.size), spread
+    found[level.surface[2][..., 2]] = -F * np.tensordot(share, level.at(points / thickness), axes=1)
     return found
 
 
 def followed(level: Level, u: Array, touch: Touch, spread: Spread, scale: tuple[float, float]) -> Array:
     """Return the nodal forces of a touch where it has moved the face by u; `scale` as of `touch_forces`."""
-    surface, (points, share) = _surface(level), spread
-    there = u[surface.upward[..., None] + np.array([-2, -1, 0])]
+    *axes, numbers = level.surface
+    there, (points, share) = u[numbers], spread
     if touch.friction == "none" and touch.shape != "pressure":
-        place = np.array(touch.place)[None] / scale[0]
-        points = points - scale[0] * np.einsum("pxy,xyk->pk", surface.at(place), there[..., :2])
+        aside = np.tensordot(level.at(np.array([touch.place]) / scale[0]), there[..., :2], axes=2)
+        points = points - scale[0] * aside
     f = touch_forces(level, (points, share), *scale)
     if touch.friction == "none":
-        for k, axis in enumerate((surface.x, surface.y)):
-            f[surface.upward - 2 + k] = -f[surface.upward] * np.gradient(there[..., 2], axis, axis=k)
+        for k, lines in enumerate(axes):
+            f[numbers[..., k]] = -f[numbers[..., 2]] * np.gradient(there[..., 2], lines, axis=k)
     return f

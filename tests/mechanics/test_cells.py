@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.mechanics.cells import _compliance, cells_body, cells_level, cells_pad, touched_cells
+from sits_mech.mechanics.cells import _compliance, cells_body, cells_level, cells_pad
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.linear import linear_pad
@@ -106,7 +106,7 @@ PRESSED = [
 @pytest.mark.parametrize(("half", "keys", "other_code"), PRESSED)
 def test_a_pressure_between_targets_moves_them_as_by_another_code(half, keys, other_code):
     """On bare silicone between two targets, and on a cover over both: within 2 % of what moves most, each way."""
-    found = touched_cells(pair(half, 'elastomer.width="30 mm"', f"elastomer.material={SOFT}", *keys), 1e-3, 0.02)
+    found = cells_pad(pair(half, 'elastomer.width="30 mm"', f"elastomer.material={SOFT}", *keys), 0.02, 1e-3)
     limit, unit = found.levels.limit(found.moved), np.array([1e3, 1e3, 1.0]) * 1e-2 / 1e-3
     own, error = (part[:, :3] * unit for part in (limit.value, limit.error))
     other = np.reshape(other_code, (2, 3))
@@ -132,7 +132,7 @@ def test_a_press_beside_the_middle_is_as_at_finite_strain(force, left):
     """Of one target, guided 2 mm off its middle: second step against `block`; small strain is off by 5 and 17 %."""
     sensor = load_sensor("biorob2018", ['touch={shape="punch", width="1 mm", length="1 mm", x="2 mm"}'])
     given = {"sensor": sensor.model_copy(update={"touch": None}), "targets": (Cell(name="A", centre=(0.0, 0.0)),)}
-    found = touched_cells(Cells.model_construct(**given, touch=sensor.touch), force)
+    found = cells_pad(Cells.model_construct(**given, touch=sensor.touch), force=force)
     lever = np.array([1.0, 1.0, 4e-3, 1.0, 4e-3, 4e-3])
     small = (found.levels.limit(found.moved).value * lever)[0]
     block = mechanical_model(sensor, tolerance=0.01)[0].equilibrium(Wrench(F_z=force)).pose.components * lever

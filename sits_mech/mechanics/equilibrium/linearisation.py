@@ -27,8 +27,9 @@ control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -51,7 +52,6 @@ Held = Mask
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
 _ROUNDING = 1e-12  # of the potential, and of a shear modulus everywhere in the layer
-_SINGULAR = "elastomer: must have a stiffness at rest; it has none"
 _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which the step is shortened
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
 MIN_J_KEPT = 0.2
@@ -155,51 +155,37 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
     return _Linear(numbers, values, T, extra, here)
 
 
-def factored_shapes(body: Bonded, here: State, shapes: Array, f: Array | float = 0.0) -> tuple[Factor, Array]:
-    """Eliminate the free displacements of a body that does not move from `shapes` (n, d, m) of its bonded nodes.
+def factored_shapes(
+    body: Bonded, here: State, shapes: Array, parts: Sequence[tuple[Pattern, Sequence[int]]]
+) -> list[Factor]:
+    """Eliminate displacements that are free by a pattern from some of the motion q and `shapes` (n, d, m) after it.
 
-    Return with that the residual on them (m,) under nodal forces f, its free ones at rest. Raises ValueError where the
-    body is singular.
+    Raises ValueError where that is singular.
     """
-    found, m = residuals_of(body, here), shapes.shape[-1]
-    left, made = found.forces[: body.mesh.nodes.size] - f, _with_shapes(body, here, found, shapes)
-    factor = _eliminated(body.pattern, made, [*range(6, 6 + m)], left[body.pattern.free])
-    if factor is None:
-        raise ValueError(_SINGULAR)
-    return factor, np.einsum("nd,ndm->m", left[body.bonded], shapes) + factor.side.T @ factor.step
+    made = _with_shapes(body, here, residuals_of(body, here), shapes)
+    found = [_eliminated(pattern, made, [*some], np.zeros(len(pattern.free))) for pattern, some in parts]
+    if None in found:
+        raise ValueError("elastomer: must have a stiffness at rest; it has none")
+    return cast(list[Factor], found)
 
 
-def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Array:
-    """Return the stiffness on the motion q and on `shapes` (n, d, m) of the bonded nodes, shape (6 + m, 6 + m).
+def bending_step(
+    body: Bonded, here: State, shapes: Array, plate: Array | float, work: Array, f: Array | float = 0.0
+) -> tuple[Array, Array] | None:
+    """Return Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a state without them; None if singular.
 
-    `even` tells which shapes are even in y; what a body neither frees nor hides is zero. Raises ValueError where it is
-    singular.
-    """
-    made, k, m = _with_shapes(body, here, residuals_of(body, here), shapes), body.components, shapes.shape[-1]
-    own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
-    parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
-    K = np.zeros((6 + m, 6 + m))
-    for pattern, some in parts:
-        found = _eliminated(pattern, made, some, np.zeros(len(pattern.free)))
-        if found is None:
-            raise ValueError(_SINGULAR)
-        K[np.ix_(some, some)] = found.stiffness
-    return K
-
-
-def bending_step(body: Bonded, here: State, shapes: Array, plate: Array, work: Array) -> tuple[Array, Array] | None:
-    """Return Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a rest without them; None if singular.
-
-    `plate` (m, m) is the stiffness that the target itself has on them, `work` (m,) that of the load.
+    `plate` (m, m) is the stiffness that the target itself has on them, `work` (m,) that of the load, `f` are forces on
+    nodes; q does not move where the body has no component.
     """
     found, moving = residuals_of(body, here), np.flatnonzero(body.freed)
     made = _with_shapes(body, here, found, shapes)
-    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + len(work))], found.free)
+    left = found.forces[: body.mesh.nodes.size] - f
+    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + len(work))], left[body.pattern.free])
     if factor is None:
         return None
     S, n = factor.stiffness, len(moving)
     S[n:, n:] += plate
-    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes) - work
+    on_shapes = np.einsum("ni,nim->m", left[body.bonded], shapes) - work
     step = np.linalg.solve(S, -np.concatenate([found.target[moving], on_shapes]) - factor.side.T @ factor.step)
     dq = np.zeros_like(here.q)
     dq[moving] = step[:n]
