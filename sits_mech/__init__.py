@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.batch.run import open_sweep
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
-    from sits_mech.chain.cells import cell_crosstalk
-    from sits_mech.chain.cells_touch import cell_touch
+    from sits_mech.chain.cells import cell_crosstalk, cell_touch
     from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model
     from sits_mech.chain.plan import plan
@@ -45,8 +44,7 @@ _HOMES = {
     "analysis.bench": ("sensor_calibration", "terminal_calibration"),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
-    "chain.cells": ("cell_crosstalk",),
-    "chain.cells_touch": ("cell_touch",),
+    "chain.cells": ("cell_crosstalk", "cell_touch"),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
     "export.calibrations": ("adapt", "compare", "export_calibration", "invert", "quality"),

@@ -250,8 +250,7 @@ def cells(
 
     picture, press = picture and checked_picture(picture, "--picture"), load and quantity(load, "N", "--load")
 
-    from sits_mech.chain.cells import cell_crosstalk
-    from sits_mech.chain.cells_touch import cell_touch
+    from sits_mech.chain.cells import cell_crosstalk, cell_touch
     from sits_mech.report import cells as shown
     from sits_mech.scene.cells import load_cells
 

@@ -52,9 +52,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legval
 
-from sits_mech.mechanics.equilibrium.body import Bonded, rest
+from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.equilibrium.linearisation import bending_step, factored_shapes
+from sits_mech.mechanics.equilibrium.linearisation import bending_step
+from sits_mech.mechanics.equilibrium.newton import bonded_stiffness
 from sits_mech.mechanics.levels.answer import enlarged, relative, starts
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.linear import undeformed_pad
@@ -237,21 +238,8 @@ def bonded_plate(sensor: Sensor, degree: int = DEGREE) -> BondedPlate:
     shapes = np.zeros((*body.bonded.shape, len(degrees)))
     shapes[:, -1] = made.heights(t * body.X[:, :2])[:, 6:]
     loads, lengths = (np.append(each, np.full(len(degrees), each[1])) for each in (scales.loads, scales.lengths))
-    pad = _stiffness(body, shapes, even) * np.outer(loads, 1.0 / lengths)
+    pad = bonded_stiffness(body, shapes, even) * np.outer(loads, 1.0 / lengths)
     return BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, pad)
-
-
-def _stiffness(body: Bonded, shapes: Array, even: Mask) -> Array:
-    """Return the stiffness at rest on the motion and on `shapes` (n, d, m), which are `even` in y, (6 + m, 6 + m).
-
-    What a body neither frees nor hides is zero.
-    """
-    k, K = body.components, np.zeros((6 + len(even), 6 + len(even)))
-    own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
-    parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
-    for (_, some), found in zip(parts, factored_shapes(body, rest(body), shapes, parts), strict=True):
-        K[np.ix_(some, some)] = found.stiffness
-    return K
 
 
 def outline_points(target: Target) -> tuple[Array, Array]:

@@ -61,26 +61,28 @@ class CellsPad:
     @one_thread
     def softening(self, F_z: float) -> float:
         """Return Newton's second step of how far a press [N] moves a cell, over the first one."""
-        level, load = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0).load(Wrench(F_z=F_z))
+        level, scales = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0)
         P = np.zeros(len(level.flexibility))
-        P[:6] = work_of_load(load, 0.0, np.zeros(6))
+        P[:6] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
         q, none = level.flexibility @ P, np.zeros(level.body.mesh.nodes.size)
         return float(abs(level.second(level.displaced(q, none), P, none)[1] / q[1]))
 
 
 @one_thread
-def cells_pad(cells: Cells, tolerance: float = 1e-2, force: float | None = None) -> CellsPad:
+def cells_pad(
+    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | float = 1.0
+) -> CellsPad:
     """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
-    Levels are added until the targets' own compliances are exact to `tolerance`, or their motions by the touch, of the
-    largest. Raise ValueError where memory does not hold the first two levels, and as `spreads`.
+    Levels are added until the targets' own compliances are exact to `tolerance`, or what is `seen` (..., n, 6) of their
+    motions by the touch, of the largest. Raise ValueError where memory does not hold two levels, and as `spreads`.
     """
-    asked, n, levels, scales = checked_tolerance(tolerance), len(cells.targets), _levels(cells), pad_scales(cells.sensor, 1.0)
-    ways = [] if force is None else spreads(cells, force)
-    scale, half = (scales.thickness, (force or 0.0) / scales.force), 0.5 * max(cells.parts[0].extent)
+    asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
+    scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
+    scale = scales.thickness, (force or 0.0) / scales.force
 
     def measured(level: int) -> tuple[Array, ...]:
-        """Return compliance, the poses' change, what other ways change of it, and on the first level the second step."""
+        """Return compliance, the poses' change, what other ways do to it, and on the first level the second step."""
         own = cells_level(cells, levels.maker(level))
         f = [touch_forces(own, way, *scale) for way in ways]
         each = np.array([own.flexibility @ own.work(part) for part in f] or np.zeros((1, 6 * n)))
@@ -96,8 +98,8 @@ def cells_pad(cells: Cells, tolerance: float = 1e-2, force: float | None = None)
         if force is None:
             limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C, *_ in found])
             return float(np.max(limit.error / np.abs(limit.value))) <= asked
-        limit, lever = levels.limit([q for _, q, *_ in found]), np.array([1.0, 1.0, half, 1.0, half, half])
-        return float(np.max(limit.error * lever)) <= asked * float(np.max(np.abs(limit.value) * lever))
+        limit = levels.limit([np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
+        return float(np.max(limit.error)) <= asked * float(np.max(np.abs(limit.value)))
 
     found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
     compliances, moved, spread, more = zip(*found, strict=True)

@@ -7,7 +7,7 @@ held, U their fields (equilibrium/linearisation.py), S the targets' stiffness an
 
 reciprocity: what a touch does to the targets is its work on the fields of their motions, so that the mesh is fine at
 the targets alone, wherever it presses. Forces f_p at points x_p of the surface, as spread.py has them, are nodal ones,
-f = N(x_p)^T f_p, N linear between nodes.
+f = N(x_p)^T f_p.
 
 Finite strain: Newton's second step, from u with its pressures by the tangent there, moves the targets on by dq. Forces
 without friction follow the face there, f_x = -f_z w_x with w the height of the face above that at rest, and a guided
@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from sits_mech.mechanics.element.kernel import gradients, volumes
 from sits_mech.mechanics.equilibrium.body import Bonded, rest, smallest_volume
@@ -53,7 +52,7 @@ class Level:
 
     @cached_property
     def surface(self) -> tuple[Array, Array, Integers]:
-        """Lines through the nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3)."""
+        """Lines through nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3)."""
         nodes = self.body.mesh.nodes
         on = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9)
         (x, i), (y, j) = (np.unique(np.round(nodes[on, k], 9), return_inverse=True) for k in (0, 1))
@@ -63,7 +62,7 @@ class Level:
 
     def at(self, points: Array) -> Array:
         """Return N of the surface, (p, x, y), at points (p, 2)."""
-        x, y = (make_interp_spline(own, np.eye(len(own)), k=1)(points[:, k]) for k, own in enumerate(self.surface[:2]))
+        x, y = (_quadratics(own, points[:, k]) for k, own in enumerate(self.surface[:2]))
         return np.asarray(x[:, :, None] * y[:, None])
 
     def work(self, f: Array) -> Array:
@@ -86,6 +85,15 @@ class Level:
         if smallest_volume(self.body, u, everywhere=False) > 0.0:
             found = bending_step(self.body, replace(rest(self.body), u=u, p=p), self.shapes, 0.0, P, f)
         return np.full_like(P, np.inf) if found is None else found[1]
+
+
+def _quadratics(nodes: Array, places: Array) -> Array:
+    """Return the quadratic shape functions of an axis's nodes, every other one within a cell, at places, (p, n)."""
+    cell = 2 * np.clip(np.searchsorted(nodes[::2], places) - 1, 0, len(nodes) // 2 - 1)
+    s, found = (places - nodes[cell + 1]) / (nodes[cell + 2] - nodes[cell + 1]), np.zeros((len(places), len(nodes)))
+    for k, value in enumerate((0.5 * s * (s - 1.0), 1.0 - s**2, 0.5 * s * (s + 1.0))):
+        found[np.arange(len(places)), cell + k] = value
+    return found
 
 
 def touch_forces(level: Level, spread: Spread, thickness: float, F: float) -> Array:

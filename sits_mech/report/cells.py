@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
 
-from sits_mech.chain.cells import FORCES, CellCrosstalk
-from sits_mech.chain.cells_touch import CellTouch
-from sits_mech.chain.propagation import unloaded_pose
+from sits_mech.chain.cells import FORCES, CellCrosstalk, CellTouch
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import POSE
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
@@ -55,7 +54,7 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
 
 def touch_record(found: CellTouch) -> dict[str, Any]:
     """Return what a touch does for a program: by cell, its pose, coils and forces read [m, rad, H, N]."""
-    shown = ("force", "poses", "pose_error", "L", "L_error", "L_rest", "reads", "read", "read_error", "finite_strain",
+    shown = ("force", "moved", "pose_error", "L", "L_error", "L_rest", "reads", "read", "read_error", "finite_strain",
              "seconds")
     coils = [coil.name for coil in found.cells.sensor.coils]
     record = {"cells": found.cells.names, "coils": coils, "components": POSE}
@@ -63,44 +62,31 @@ def touch_record(found: CellTouch) -> dict[str, Any]:
 
 
 def touch_tables(found: CellTouch) -> list[Table]:
-    """Return what a touch does for a reader: poses and coils of each cell, forces read, and what is left out."""
-    names, (turns, coils) = found.cells.names, (("alpha", "alpha_x"), found.cells.sensor.coils)
-    poses = column_table("how far targets move", ["cell", "d_h [um]", "d_y [um]", "d_v [um]",
-                                                  *(f"{name} [mrad]" for name in turns)])
-    columns = [(name, 1e3 if name in turns else 1e6) for name in ("d_h", "d_y", "d_v", *turns)]
-    rest = unloaded_pose(found.cells.sensor).components
-    for name, pose, error in zip(names, found.poses - rest, found.pose_error, strict=True):
-        each = [[scale * float(part[POSE.index(key)]) for part in (pose, error)] for key, scale in columns]
-        poses.add_row(name, *(with_error(*both) for both in each))
-    heads = [f"{coil.name} [% of L_rest]" for coil in coils] + [f"reads {name} [mN]" for name in found.reads]
-    read = column_table("what cells read", ["cell", *heads])
-    percent, off = (100.0 * part / found.L_rest for part in (found.L - found.L_rest, found.L_error))
-    for k, name in enumerate(names):
-        forces = 1e3 * found.read[k], 1e3 * found.read_error[k]
-        both = np.concatenate([np.stack([percent[k], off[k]], axis=1), np.stack(forces, axis=1)])
-        read.add_row(name, *(with_error(*each) for each in both.tolist()))
+    """Return what a touch does for a reader: how far the target of each cell moves, its coils, forces read."""
+    coils = [coil.name for coil in found.cells.sensor.coils]
+    moves = column_table("targets move", ["cell", *(f"{x} [u{'rad' if 'alpha' in x else 'm'}]" for x in POSE)])
+    read = column_table("cells read", ["cell", *(f"{name} [%]" for name in coils), *(f"{x} [mN]" for x in found.reads)])
+    values = [1e6 * found.moved, np.hstack([100.0 * (found.L / found.L_rest - 1.0), 1e3 * found.read])]
+    errors = [1e6 * found.pose_error, np.hstack([100.0 * found.L_error / found.L_rest, 1e3 * found.read_error])]
+    for table, *both in zip((moves, read), values, errors, strict=True):
+        for name, *row in zip(found.cells.names, *both, strict=True):
+            sizes = np.abs(both[0]).max(axis=0)
+            table.add_row(name, *(with_error(*each) for each in zip(*row, sizes, strict=True)))
     lines = [
         *status_lines(found.flags),
         ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
-        ("finite strain", f"{_strain(found.finite_strain)} of how far targets move; of small strain: forces read"),
+        ("finite strain", f"{_strain(found.finite_strain)} of how far targets move; left out of forces read"),
         ("took", f"{found.seconds:.3g} s"),
     ]
-    return [poses, read, key_table("touch", lines)]
+    return [moves, read, key_table("touch", lines)]
 
 
 def touch_figure(found: CellTouch) -> Figure:
-    """Draw the pad with its cells and the touch from above, and what the coils of each change by."""
-    names, coils = found.cells.names, found.cells.sensor.coils
-    with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, bars)):
-        _draw_plan(plan, found.cells)
-        change, off = (100.0 * part / found.L_rest for part in (found.L - found.L_rest, found.L_error))
-        for k, coil in enumerate(coils):
-            places = np.arange(len(names)) + 0.8 * ((k + 0.5) / len(coils) - 0.5)
-            bars.bar(places, change[:, k], 0.7 / len(coils), yerr=off[:, k], color=f"C{k}", label=coil.name)
-        bars.set_xticks(range(len(names)), names)
-        bars.set(xlabel="cell", ylabel=r"$\Delta L$ [% of $L$ at rest]", title=f"coils under {found.force:g} N")
-        if len(coils) > 1:
-            bars.legend()
+    """Draw the pad with its cells and the touch from above, with what the coils of each change by."""
+    change = 100.0 * (found.L / found.L_rest - 1.0)
+    with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
+        _draw_plan(plan, found.cells, ["\n".join(f"{each:+.2g} %" for each in own) for own in change])
+        plan.set(title=f"$\\Delta L$ under a {found.cells.touched.words}, {found.force:g} N")
         return figure
 
 
@@ -126,15 +112,15 @@ def cells_figure(found: CellCrosstalk) -> Figure:
         return figure
 
 
-def _draw_plan(axes: Axes, cells: Cells) -> None:
-    """Draw pad, targets and coils from above."""
+def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
+    """Draw pad, targets, coils and what touches them from above, cells with labels below their names."""
     (target, pad), box = cells.parts, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
     add_polygons(axes, MM * box[None] * pad.extent, facecolors="#efcf9f")
     add_polygons(axes, MM * (cells.centres[:, None] + box * target.extent), facecolors="#b87333")
-    for cell, place in zip(cells.targets, cells.centres, strict=True):
+    for cell, place, label in zip(cells.targets, cells.centres, labels or [""] * len(cells.targets), strict=True):
         for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
             axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
-        axes.annotate(cell.name, MM * place, ha="center", va="center", fontsize=7)
+        axes.annotate(f"{cell.name}\n{label}".strip(), MM * place, ha="center", va="center", fontsize=7)
     if cells.cover_ends is not None:
         low, high = cells.cover_ends
         add_polygons(axes, MM * (box * (high - low) + (low + high) / 2.0)[None], facecolors="#e8c48a80", edgecolors="k")

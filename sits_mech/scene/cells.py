@@ -141,38 +141,33 @@ class Cells(BaseModel):
 
     def _check_cover(self) -> None:
         """Refuse a cover that reaches beyond the pad, but where targets do so far."""
-        if self.sensor.cover is None:
-            return
-        target, pad = self.parts
+        cover, (target, pad) = self.sensor.cover, self.parts
         room = 0.5 * np.subtract(pad.extent, target.extent) - np.abs(self.centres).max(axis=0)
-        most = float(np.where(room > SLACK * pad.thickness, room, np.inf).min())
-        if self.sensor.cover.overhang > most * (1.0 + SLACK):
+        most = float(np.where(room > SLACK * pad.thickness, room, np.inf).min()) * (1.0 + SLACK)
+        if cover is not None and cover.overhang > most:
             raise SceneError(f"cover.overhang must be at most {mm(most)} beyond the outer targets, or it reaches "
-                             f"beyond the pad; got {mm(self.sensor.cover.overhang)}")
+                             f"beyond the pad; got {mm(cover.overhang)}")
 
     def _check_touch(self, touch: Touch) -> None:
         """Refuse a touch beside the upper face, or a rigid one over the rim of a bare target."""
-        target, pad = self.parts
-        half = 0.5 * np.array(pad.extent)
-        low, high = (-half, half) if self.cover_ends is None else self.cover_ends
-        border, place = touch.border + touch.place, ", ".join(map(mm, touch.place))
-        what = "pad" if self.cover_ends is None else "cover"
-        got = f"got a {touch.words} at {place}"
-        if np.any(border < low - SLACK * half) or np.any(border > high + SLACK * half):
+        half, got = 0.5 * np.array(self.parts[1].extent), f"got a {touch.words} at {', '.join(map(mm, touch.place))}"
+        what, (low, high) = ("pad", (-half, half)) if self.cover_ends is None else ("cover", self.cover_ends)
+        border, slack = touch.border + touch.place, SLACK * half
+        if np.any((border < low - slack) | (border > high + slack)):
             sides = " x ".join(map(mm, (high - low).tolist()))
             raise SceneError(f"touch must lie on the {what}, {sides}, as a whole; {got}")
-        if self.sensor.cover is not None or touch.shape == "pressure" or self.pressed_target is not None:
-            return
-        for name, height in zip(self.names, self.heights_over(touch), strict=True):
-            if height <= target.thickness:
-                raise SceneError(f"touch must lie on one target or on the silicone beside all, of bare targets "
-                                 f"{mm(target.thickness)} thick, and not over the rim of targets.{name}; {got}")
+        at, thick = int(self.heights_over(touch).argmin()), self.parts[0].thickness
+        if self.sensor.cover is None and touch.shape != "pressure" and self.pressed_target is None and (
+            self.heights_over(touch)[at] <= thick
+        ):
+            raise SceneError(f"touch must lie on one target or on the silicone beside all, of bare targets {mm(thick)} "
+                             f"thick, and not over the rim of targets.{self.names[at]}; {got}")
 
     def heights_over(self, touch: Touch) -> Array:
         """Return how far a touch's nearest part over each target is above its lowest point, (n,) [m]; inf beside it."""
-        flat = np.abs(touch.border).max(axis=0)
-        away = np.maximum(np.abs(self.centres - touch.place) - 0.5 * np.array(self.parts[0].extent) - flat, 0.0)
-        return np.where(np.any(away * (flat > 0.0) > 0.0, axis=1), np.inf, touch.height(away * (flat == 0.0)))
+        half, R = 0.5 * np.array(self.parts[0].extent) + np.abs(touch.border).max(axis=0), touch.radius or 0.0
+        away = np.linalg.norm(np.maximum(np.abs(self.centres - touch.place) - half, 0.0), axis=1)
+        return np.where(away <= R, R - np.sqrt(np.maximum(R**2 - away**2, 0.0)), np.inf)
 
 
 def _check_places(cells: Sequence[Cell], target: Target, pad: Elastomer) -> None:

@@ -81,16 +81,6 @@ class Touch(BaseModel):
         corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * sizes
         return np.unique(corners, axis=0) if 0.0 in sizes else corners
 
-    def height(self, points: Array) -> Array:
-        """Return how far it is above its lowest point, (n,), at points (n, 2) from its place [m]; inf beside it."""
-        border = np.abs(self.border).max(axis=0)
-        if self.radius is None:
-            flat = np.linalg.norm(points, axis=1, keepdims=True) if self.diameter else np.abs(points)
-            return np.where(np.all(flat <= border, axis=1), 0.0, np.inf)
-        across = np.linalg.norm(points * (border == 0.0), axis=1)
-        within = np.all((np.abs(points) <= border) | (border == 0.0), axis=1) & (across <= self.radius)
-        return np.where(within, self.radius - np.sqrt(np.maximum(self.radius**2 - across**2, 0.0)), np.inf)
-
     @property
     def words(self) -> str:
         """What it is, for a message: ``punch 4 mm x 4 mm``."""

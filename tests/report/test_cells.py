@@ -98,11 +98,11 @@ length = "6 mm"
     assert "touch.force must be a press above 0 N; got none" in capsys.readouterr().err
     assert run(["cells", str(path), "--load", "0.1 N", "--tolerance", "0.1", "--picture", str(drawn)]) == 0
     told = capsys.readouterr()
-    assert "pressure 6 mm x 6 mm, 0.1 N" in told.out and "reads F_z [mN]" in told.out and drawn.stat().st_size > 10_000
+    assert "pressure 6 mm x 6 mm, 0.1 N" in told.out and "F_z [mN]" in told.out and drawn.stat().st_size > 10_000
     assert run(["cells", str(path), "--load", "0.1 N", "--tolerance", "0.1", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["cells"] == ["left", "right"] and record["coils"] == ["C"] and record["force"] == 0.1
-    left, right = np.array(record["poses"])
+    left, right = np.array(record["moved"])
     assert left == pytest.approx(right * [-1.0, 1.0, -1.0, 1.0, 1.0, -1.0], abs=1e-9)
     assert record["L"][0] == pytest.approx(record["L"][1], rel=1e-9) and record["components"][1] == "d_v"
 
