@@ -422,8 +422,8 @@ def test_import_is_quiet_and_small() -> None:
     """`import sits_mech` says nothing, shows at most 36 names, and leaves heavy leaves alone.
 
     Twenty-four, `show` for notebooks, `open_sweep` for tables that grow and `terminal_calibration` for readings at
-    terminals, five for what the shell does with a calibration's folder, three for cells; `test_public_names.py` asks for
-    each.
+    terminals, five for what the shell does with a calibration's folder, three for cells; `test_public_names.py` asks
+    for each.
     """
     heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
     done = _python(

@@ -236,10 +236,9 @@ def envelope(
 @app.command
 def cells(
     scene: Scene, *, tolerance: Tolerance = 1e-2,
-    load: Annotated[
-        Quantity | None,
-        Parameter(help="Force of the touch (default: touch.force), else a press for the share of finite strain (1 N)."),
-    ] = None,
+    load: Annotated[Quantity | None, Parameter(
+        help="Force of the touch (default: touch.force); else a press for the share of finite strain (1 N)."
+    )] = None,
     picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What does a cell read when its neighbour is pressed, or what do all of a [touch]: several [[targets]] on one pad.
@@ -248,19 +247,18 @@ def cells(
     """
     from sits_mech.report.folder import checked_picture
 
-    picture, press = picture and checked_picture(picture, "--picture"), load and quantity(load, "N", "--load")
+    picture = picture and checked_picture(picture, "--picture")
+    press = None if load is None else quantity(load, "N", "--load")
 
-    from sits_mech.chain.cells import cell_crosstalk, cell_touch
-    from sits_mech.report import cells as shown
+    from sits_mech.chain.cells import CellCrosstalk, CellTouch, cell_crosstalk, cell_touch
+    from sits_mech.report.cells import cells_figure, cells_record, cells_tables
     from sits_mech.scene.cells import load_cells
 
     given = load_cells(scene, overrides.all)
-    if given.touch is not None:
-        touched = cell_touch(given, tolerance, press)
-        answer(shown.touch_record(touched), shown.touch_tables(touched), as_json)
-        deliver_picture(picture, lambda: shown.touch_figure(touched))
-        return exit_code_of(touched.flags[:1], accept)
-    found = cell_crosstalk(given, tolerance, 1.0 if press is None else press)
-    answer(shown.cells_record(found), shown.cells_tables(found), as_json)
-    deliver_picture(picture, lambda: shown.cells_figure(found))
+    found: CellCrosstalk | CellTouch = (
+        cell_touch(given, tolerance, press) if given.touch is not None else
+        cell_crosstalk(given, tolerance, 1.0 if press is None else press)
+    )
+    answer(cells_record(found), cells_tables(found), as_json)
+    deliver_picture(picture, lambda: cells_figure(found))
     return exit_code_of(found.flags[:1], accept)

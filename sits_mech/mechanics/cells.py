@@ -132,16 +132,15 @@ def cells_level(cells: Cells, body: Bonded) -> Level:
 
 def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     """Return the whole pad with all its targets bonded; parts of a base cell and layers as in `bonded_block`."""
-    ends, covered = _ends(cells), covering(cells.sensor)
+    ends, covered, over = _ends(cells), covering(cells.sensor), cells.cover_ends / cells.parts[1].thickness
     mesh, division = box_bricks(*_lines(cells, split, layers))
     high = 1.0 if covered is None else covered.levels[0]
 
     def inside(places: Array) -> Mask:
         """Whether places (n, 3) are within a target seen from above."""
-        return np.any([_within(own, places) for own in ends], axis=0)
+        return np.asarray(np.any([_within(own, places) for own in ends], axis=0))
 
     if covered is not None:
-        over = cells.cover_ends / cells.parts[1].thickness
         mesh, _ = hollowed(mesh, division, lambda at: (at[:, 2] < 1.0) | (
             _within(over, at) & (~inside(at) | (at[:, 2] > high))
         ))
@@ -187,8 +186,8 @@ def _lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Array]:
     """Return the lines of the pad along x, y and z [thicknesses]."""
     _, pad = cells.parts
     ends, half = _ends(cells), 0.5 * np.array(pad.extent) / pad.thickness
-    way, foot = (split, GRADING, layers), [] if cells.cover_ends is None else cells.cover_ends.T / pad.thickness
-    x, y = (_lines_across(ends[:, :, k], float(half[k]), way, foot[k] if len(foot) else ()) for k in (0, 1))
+    way, foot = (split, GRADING, layers), (cells.cover_ends / pad.thickness).T.tolist()
+    x, y = (_lines_across(ends[:, :, k], float(half[k]), way, foot[k]) for k in (0, 1))
     around, whole = (PlateOutline(size[0], size[1], False) for size in (np.abs(ends).max(axis=(0, 1)), half))
     through = lines_through(*way[:2], low_corner(around, whole), layers, interfaces(pad), covering(cells.sensor))
     return x, y, through

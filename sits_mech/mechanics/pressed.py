@@ -48,7 +48,7 @@ class Level:
     @cached_property
     def flexibility(self) -> Array:
         """S^-1, (m, m)."""
-        return np.linalg.inv(self.factor.stiffness)
+        return np.asarray(np.linalg.inv(self.factor.stiffness))
 
     @cached_property
     def surface(self) -> tuple[Array, Array, Integers]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,15 +24,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def cells_record(found: CellCrosstalk) -> dict[str, Any]:
-    """Return crosstalk for a program: by cell that reads, force read, cell pressed and force on it [N/N]."""
-    shown = ("total", "mechanical", "magnetic", "error", "load", "finite_strain", "seconds")
-    record = {"cells": found.cells.names, "reads": found.reads, "forces": FORCES}
-    return record | {name: getattr(found, name) for name in shown} | status_record(found.flags)
+def cells_record(found: CellCrosstalk | CellTouch) -> dict[str, Any]:
+    """Return crosstalk by cell that reads, force read, cell pressed and force on it, or what a touch does by cell."""
+    more: dict[str, Any] = {"coils": [coil.name for coil in found.cells.sensor.coils], "components": POSE}
+    if isinstance(found, CellCrosstalk):
+        more = {"forces": FORCES, "total": found.total}
+    shown = {each.name: getattr(found, each.name) for each in fields(found) if each.name not in ("cells", "flags")}
+    return {"cells": found.cells.names} | more | shown | status_record(found.flags)
 
 
-def cells_tables(found: CellCrosstalk) -> list[Table]:
+def cells_tables(found: CellCrosstalk | CellTouch) -> list[Table]:
     """Return crosstalk for a reader: the largest of each force, F_z of each cell, its parts and what is left out."""
+    if isinstance(found, CellTouch):
+        return _touch_tables(found)
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)[:, None, :, None]
     total, magnetic, error = 100.0 * np.stack([found.total, found.magnetic, found.error])
     fields = np.where(own, 0.0, np.abs(magnetic))
@@ -52,16 +57,7 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
     return [most, press, key_table("crosstalk", lines)]
 
 
-def touch_record(found: CellTouch) -> dict[str, Any]:
-    """Return what a touch does for a program: by cell, its pose, coils and forces read [m, rad, H, N]."""
-    shown = ("force", "moved", "pose_error", "L", "L_error", "L_rest", "reads", "read", "read_error", "finite_strain",
-             "seconds")
-    coils = [coil.name for coil in found.cells.sensor.coils]
-    record = {"cells": found.cells.names, "coils": coils, "components": POSE}
-    return record | {name: getattr(found, name) for name in shown} | status_record(found.flags)
-
-
-def touch_tables(found: CellTouch) -> list[Table]:
+def _touch_tables(found: CellTouch) -> list[Table]:
     """Return what a touch does for a reader: how far the target of each cell moves, its coils, forces read."""
     coils = [coil.name for coil in found.cells.sensor.coils]
     moves = column_table("targets move", ["cell", *(f"{x} [u{'rad' if 'alpha' in x else 'm'}]" for x in POSE)])
@@ -81,7 +77,7 @@ def touch_tables(found: CellTouch) -> list[Table]:
     return [moves, read, key_table("touch", lines)]
 
 
-def touch_figure(found: CellTouch) -> Figure:
+def _touch_figure(found: CellTouch) -> Figure:
     """Draw the pad with its cells and the touch from above, with what the coils of each change by."""
     change = 100.0 * (found.L / found.L_rest - 1.0)
     with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
@@ -95,8 +91,10 @@ def _strain(share: float) -> str:
     return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} %"
 
 
-def cells_figure(found: CellCrosstalk) -> Figure:
-    """Draw the pad with its cells from above, and which F_z each reads by F_z on another."""
+def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
+    """Draw the pad with its cells from above, and which F_z each reads by F_z on another, or what a touch changes."""
+    if isinstance(found, CellTouch):
+        return _touch_figure(found)
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)
     percent = np.where(own, np.nan, 100.0 * found.total[:, 0, :, 0])
     with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, matrix)):
@@ -121,7 +119,7 @@ def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
         for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
             axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
         axes.annotate(f"{cell.name}\n{label}".strip(), MM * place, ha="center", va="center", fontsize=7)
-    if cells.cover_ends is not None:
+    if len(cells.cover_ends):
         low, high = cells.cover_ends
         add_polygons(axes, MM * (box * (high - low) + (low + high) / 2.0)[None], facecolors="#e8c48a80", edgecolors="k")
     if cells.touch is not None:

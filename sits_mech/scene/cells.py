@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, model_validator
@@ -88,11 +89,11 @@ class Cells(BaseModel):
         return target, pad
 
     @property
-    def cover_ends(self) -> Array | None:
-        """The least and the largest x and y of the cover, (2, 2) [m], to the pad's sides; None without one."""
+    def cover_ends(self) -> Array:
+        """The least and the largest x and y of the cover, (2, 2) [m], to the pad's sides; (0, 2) without one."""
         cover, (target, pad) = self.sensor.cover, self.parts
         if cover is None:
-            return None
+            return np.zeros((0, 2))
         ends = np.stack([self.centres.min(axis=0), self.centres.max(axis=0)])
         ends += (0.5 * np.array(target.extent) + cover.overhang) * np.array([[-1.0], [1.0]])
         half = 0.5 * np.array(pad.extent)
@@ -151,7 +152,7 @@ class Cells(BaseModel):
     def _check_touch(self, touch: Touch) -> None:
         """Refuse a touch beside the upper face, or a rigid one over the rim of a bare target."""
         half, got = 0.5 * np.array(self.parts[1].extent), f"got a {touch.words} at {', '.join(map(mm, touch.place))}"
-        what, (low, high) = ("pad", (-half, half)) if self.cover_ends is None else ("cover", self.cover_ends)
+        what, (low, high) = ("pad", (-half, half)) if self.sensor.cover is None else ("cover", self.cover_ends)
         border, slack = touch.border + touch.place, SLACK * half
         if np.any((border < low - slack) | (border > high + slack)):
             sides = " x ".join(map(mm, (high - low).tolist()))
@@ -211,5 +212,5 @@ def load_cells(source: str | Path, overrides: Sequence[str] = ()) -> Cells:
     tables = scene_tables(source, overrides)
     if "targets" not in tables:
         raise SceneError(f"{source}: targets must be given, [[targets]] with name and centre of each; it is missing")
-    own = {key: tables.pop(key) for key in ("targets", "touch") if key in tables}
-    return checked(Cells, {"sensor": sensor_from(tables, str(source)), **own}, "scene", str(source))
+    given: dict[str, Any] = {key: tables.pop(key) for key in ("targets", "touch") if key in tables}
+    return checked(Cells, given | {"sensor": sensor_from(tables, str(source))}, "scene", str(source))
