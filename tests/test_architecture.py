@@ -64,6 +64,7 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
+    "mechanics/pressed.py": "tests/mechanics/test_cells.py: a touch as by another code, as a wrench, at finite strain",
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "magnetics/space/plates.py": "tests/magnetics/space/test_near.py: plates of scenes, near, far and at rest",
     "magnetics/space/boxes.py": "tests/magnetics/test_sheets_outline.py: boxes beside prisms of the same shape",

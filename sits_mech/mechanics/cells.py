@@ -70,7 +70,7 @@ class CellsPad:
 
 @one_thread
 def cells_pad(
-    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | float = 1.0
+    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None
 ) -> CellsPad:
     """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
@@ -98,7 +98,7 @@ def cells_pad(
         if force is None:
             limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C, *_ in found])
             return float(np.max(limit.error / np.abs(limit.value))) <= asked
-        limit = levels.limit([np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
+        limit = levels.limit([q if seen is None else np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
         return float(np.max(limit.error)) <= asked * float(np.max(np.abs(limit.value)))
 
     found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
