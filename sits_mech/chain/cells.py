@@ -236,7 +236,7 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     >>> touch = 'touch={shape="pressure", width="4 mm", length="4 mm", x="3 mm", force="0.1 N"}'
     >>> found = sm.cell_touch(sm.load_cells("biorob2018", [f"targets={places}", *one, touch]))
     >>> found.reads, found.read[:, 0].round(3).tolist()
-    (('F_z',), [-0.003, 0.098])
+    (('F_z',), [-0.01, 0.093])
     """
     given = cells.touched.force if force is None else force
     if given is None or not 0.0 < given < np.inf:
