@@ -95,15 +95,20 @@ def cells_pad(
 
     def enough(found: list[tuple[Array, ...]]) -> bool:
         """Whether the error is as asked."""
-        if force is None:
-            limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C, *_ in found])
-            return float(np.max(limit.error / np.abs(limit.value))) <= asked
-        limit = levels.limit([q if seen is None else np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
-        return float(np.max(limit.error)) <= asked * float(np.max(np.abs(limit.value)))
+        return _relative_error(levels, found, force is not None, seen) <= asked
 
     found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
+
+
+def _relative_error(levels: Levels, found: Sequence[tuple[Array, ...]], touched: bool, seen: Array | None) -> float:
+    """Return the largest error of own compliances, each over itself, or of motions or what is seen, over the most."""
+    if not touched:
+        limit = levels.limit([np.diag(C.reshape(C.shape[0] * C.shape[1], -1)) for C, *_ in found])
+        return float(np.max(limit.error / np.abs(limit.value)))
+    limit = levels.limit([q if seen is None else np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
+    return float(np.max(limit.error) / np.max(np.abs(limit.value)))
 
 
 def _levels(cells: Cells) -> Levels:

@@ -61,8 +61,8 @@ def _sphere(cells: Cells, touch: Touch, F: float) -> list[Spread]:
     mu, K = min((each.shear_modulus, each.bulk_modulus) for each in silicones_of(cells.sensor))
     a = (0.75 * F * R * (3.0 * K + 4.0 * mu) / (4.0 * mu * (3.0 * K + mu))) ** (1.0 / 3.0)
     if touch.length is not None or a > R:
-        must = "must be less for a" if a > R else "must press on one bare target for a"
-        raise SceneError(f"touch {must} {touch.words}; got {F:g} N on silicone")
+        raise SceneError(f"touch must be a pressure, a punch or a sphere that does not sink in whole on silicone; got "
+                         f"a {touch.words}, {F:g} N")
     low = cells.heights_over(touch).argmin()
     if cover is None and cells.heights_over(touch)[low] <= target.thickness + a**2 / R:
         raise SceneError(f"touch must lie on one target or on the silicone beside all, which a {touch.words} sinks "

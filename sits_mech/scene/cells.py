@@ -24,7 +24,7 @@ from sits_mech.scene.touch import Touch, is_on
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
-_LEFT_OUT = ("conductors", "substrate_radius")
+_LEFT_OUT = ("conductors", "touch", "substrate_radius")  # of one cell
 _MOST = 9  # cells of a pad
 _CLEAR = 1e-3  # thicknesses between two targets, so that there are cells between them
 

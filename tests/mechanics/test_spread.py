@@ -64,9 +64,10 @@ def test_flat_faces_lie_evenly_and_rigid_ones_between_that_and_their_border():
 @pytest.mark.parametrize(("touch", "F", "line"), [
     ('{shape="sphere", radius="20 mm"}', 0.1, "touch must lie on one target or on the silicone beside all, which a "
      "sphere of radius 20 mm sinks .* mm into under 0.1 N; it meets targets.A"),
-    ('{shape="sphere", radius="1 mm"}', 1.0, "touch must be less for a sphere of radius 1 mm; got 1 N on silicone"),
-    ('{shape="cylinder", radius="1 mm", length="2 mm", axis="y"}', 0.001, "touch must press on one bare target for a "
-     "cylinder of radius 1 mm, 2 mm long along y; got 0.001 N on silicone"),
+    ('{shape="sphere", radius="1 mm"}', 1.0, "touch must be a pressure, a punch or a sphere that does not sink in "
+     "whole on silicone; got a sphere of radius 1 mm, 1 N"),
+    ('{shape="cylinder", radius="1 mm", length="2 mm", axis="y"}', 0.001, "on silicone; got a cylinder of radius 1 mm, "
+     "2 mm long along y, 0.001 N"),
 ])
 def test_a_sphere_that_meets_targets_or_sinks_in_whole_is_refused_in_one_line(touch, F, line):
     with pytest.raises(SceneError, match=line) as caught:
