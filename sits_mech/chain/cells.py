@@ -1,4 +1,4 @@
-"""What does a cell read when its neighbour is pressed: crosstalk between cells on one pad, in newton per newton.
+"""What do cells on one pad read when one is pressed, in newton per newton, and what do all of one touch?
 
 About rest, with s_i the signals of cell i (readout/signals.py), S_ik their derivatives by the pose of target k and C_kj
 those of its pose by the force on target j (mechanics/cells.py), s_i = sum_j G_ij f_j with
@@ -16,8 +16,17 @@ all. A third target is left out: it changes S_ik of next neighbours by up to 2 %
 at 1.06, which counts as 5 %, and more distant ones, a hundred times smaller, by up to three quarters: those count whole
 in the error.
 
-Left out: finite strain, by its first correction of a cell's own sinking; idle coils of other cells, and cells that are
-driven at one time.
+A touch changes the poses by q_k (mechanics/pressed.py), what a cell reads by G_ii^-1 sum_k S_ik q_k, and, L the
+inductances of a cell alone and S those of its coils,
+
+    Delta L_i = L(q_i) - L(0) + sum_(k != i) S_ik q_k.
+
+Poses and L have finite strain by Newton's second step from the answer at small strain; the product of its size and its
+share of that answer is left, three halves of it as error. (One target pressed 2 mm off its middle: 0.1 to 1.5 times it
+at 0.3, 1 and 2 N, sinks of 2 to 8 %, against `block`.) Beyond a half nothing is bounded.
+
+Left out: finite strain of crosstalk and of what cells read, by its first correction of a cell's own sinking, or of all
+that moves; idle coils of other cells, cells that are driven at one time, and what targets at rest change of L beside.
 """
 
 from __future__ import annotations
@@ -30,11 +39,11 @@ from functools import cache
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.propagation import levers, signal_weights, unloaded_pose
+from sits_mech.chain.propagation import diagonals, levers, signal_weights, unloaded_pose
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.cells import cells_pad
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose
+from sits_mech.quantities import POSE, WRENCH, Array, Pose
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.parts import Conductor, Plate
 from sits_mech.scene.sensor import Sensor
@@ -48,6 +57,7 @@ FORCES = ("F_z", "F_x", "F_y")
 _BESIDE, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
 _NEXT = 1.01  # times the smallest distance of two targets
 _ROUNDING = 1e-9  # of weights of signals
+_MOST, _LEFT = 0.5, 1.5  # share of finite strain that is bounded; of its square, what is left
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,49 @@ class CellCrosstalk:
         return np.take_along_axis(size, at, 0)[0], np.take_along_axis(error, at, 0)[0]
 
 
+@dataclass(frozen=True)
+class CellTouch:
+    """What a touch does to n cells of c coils each; made by `cell_touch`.
+
+    Attributes
+    ----------
+    cells : Cells
+        The scene.
+    force : float
+        Of the touch [N].
+    moved, pose_error : ndarray
+        Change of the targets' poses, in the order of `Pose`, shape (n, 6) [m, rad].
+    L, L_error : ndarray
+        Inductances of the coils, of which the error is that of their change, shape (n, c) [H].
+    L_rest : ndarray
+        Those of a cell alone and untouched, shape (c,) [H].
+    reads : tuple of str
+        The forces that a cell reads.
+    read, read_error : ndarray
+        What each reads by its own calibration at small loads, shape (n, r) [N].
+    finite_strain : float
+        The share by which finite strain changes how far targets move: in poses and L, not in `read`.
+    seconds : float
+        Processor time.
+    flags : tuple of str
+        What holds of inductances and forces read, worst first, as of `status.flags_of`.
+    """
+
+    cells: Cells
+    force: float
+    moved: Array
+    pose_error: Array
+    L: Array
+    L_error: Array
+    L_rest: Array
+    reads: tuple[str, ...]
+    read: Array
+    read_error: Array
+    finite_strain: float
+    seconds: float
+    flags: tuple[str, ...]
+
+
 @checked_arguments
 @one_thread
 def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellCrosstalk:
@@ -137,13 +190,12 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
         raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
     began = time.process_time()
     cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
-    rows = np.abs(signal_weights(cells.sensor)).max(axis=1) > _ROUNDING
-    reads = tuple(name for name, row in zip(FORCES, rows, strict=True) if row)
-    pad, (S, off) = cells_pad(cells, tolerance), _signal_slopes(cells, rows, tolerance)
+    reads, weights = forces_read(cells)
+    pad, (S, off) = cells_pad(cells, tolerance), signal_slopes(cells, weights, tolerance)
     limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
     mechanical, total = limit.value
     C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
-    least = np.abs(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
+    least = np.abs(own_calibration(S, C, reads))
     missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
     missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
     error, strain = limit.error[1] + missed, pad.softening(load)
@@ -152,13 +204,93 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     return CellCrosstalk(cells, reads, mechanical, total - mechanical, error, load, strain, took, flags)
 
 
+@checked_arguments
+@one_thread
+def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None) -> CellTouch:
+    """Return what the touch of a scene does to all its cells.
+
+    Parameters
+    ----------
+    cells : Cells
+        From `load_cells`, with a touch.
+    tolerance : float
+        Asked error of changes of inductances and of forces read, of the largest one.
+    force : float, optional
+        Of the touch [N]; its own by default.
+
+    Returns
+    -------
+    CellTouch
+
+    Raises
+    ------
+    ValueError
+        Without a touch or its force, for a rigid touch that meets a target beside the silicone that it presses, and
+        when memory does not hold the pad.
+
+    Examples
+    --------
+    >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
+    >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
+    >>> touch = 'touch={shape="pressure", width="4 mm", length="4 mm", x="3 mm", force="0.1 N"}'
+    >>> found = sm.cell_touch(sm.load_cells("biorob2018", [f"targets={places}", *one, touch]))
+    >>> found.reads, found.read[:, 0].round(3).tolist()
+    (('F_z',), [-0.01, 0.093])
+    """
+    given = cells.touched.force if force is None else force
+    if given is None or not 0.0 < given < np.inf:
+        raise SceneError(f"touch.force must be a press above 0 N; got {'none' if given is None else f'{given:g} N'}")
+    began = time.process_time()
+    cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
+    sensor, (reads, weights) = cells.sensor, forces_read(cells)
+    r, lever, rest = len(reads), levers(sensor), unloaded_pose(sensor).components
+    S, off = signal_slopes(cells, np.concatenate([weights, np.eye(len(sensor.coils))]), tolerance)
+    pad = cells_pad(cells, 0.5 * tolerance, given, S)  # with all else it holds
+    inverse = own_calibration(S[:, :r], pad.compliances[-1], reads)
+    shown = [np.einsum("irkp,kp->ir", S, by) for by in pad.moved]
+    moved, signals = pad.levels.limit(pad.moved), pad.levels.limit(shown)
+    read = pad.levels.limit([
+        np.einsum("irs,is->ir", own_calibration(S[:, :r], C, reads), each[:, :r])
+        for C, each in zip(pad.compliances, shown, strict=True)
+    ])
+    strain = float(np.abs(pad.second * lever).max() / np.abs(moved.value * lever).max())
+    q, left = moved.value + (pad.second if np.isfinite(strain) else 0.0), _LEFT * strain * np.abs(pad.second)
+    missed = np.einsum("irkp,kp->ir", off, np.abs(q)) + np.einsum("irkp,kp->ir", np.abs(S), pad.spread)
+    L_error = (signals.error + missed + np.einsum("irkp,kp->ir", np.abs(S), left))[:, r:]
+    alone, beside = sheets(sensor, tolerance), S[:, r:].copy()
+    beside[np.arange(len(S)), :, np.arange(len(S))] = 0.0
+    still, there = (alone.impedance(Pose.of(at), sensor.frequency) for at in (rest[None], rest + q))
+    change = diagonals(there.L) - diagonals(still.L) + np.einsum("ickp,kp->ic", beside, q)
+    read_error = read.error + np.einsum("irs,is->ir", np.abs(inverse), missed[:, :r])
+    read_error += still.report.estimated_error * np.abs(read.value)  # of G_ii
+    off_by = max(float(np.max(L_error) / np.abs(change).max()), float(read_error.max() / np.abs(read.value).max()))
+    flags = flags_of(off_by, tolerance, bounded=strain < _MOST)
+    return CellTouch(
+        cells, given, q, moved.error + pad.spread + left, diagonals(still.L) + change, L_error, diagonals(still.L)[0],
+        reads, read.value, read_error, strain, time.process_time() - began, flags,
+    )
+
+
 def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
     """Return the mechanical crosstalk and the whole, (n, r, n, 3), by slopes of signals and a compliance."""
     whole = np.einsum("irkp,kpjw->irjw", S, C)
     silicone = np.einsum("irp,ipjw->irjw", _own(S), C)
-    own = np.linalg.inv(_own(whole)[..., _places(reads)])
+    own = own_calibration(S, C, reads)
     through, every = (np.einsum("irs,isjw->irjw", own, each[..., _places(FORCES)]) for each in (silicone, whole))
     return through, every
+
+
+def forces_read(cells: Cells) -> tuple[tuple[str, ...], Array]:
+    """Return the forces that a cell reads, r of `FORCES`, and the weights of its coils in their signals, (r, c)."""
+    weights = signal_weights(cells.sensor)
+    rows = np.abs(weights).max(axis=1) > _ROUNDING
+    return tuple(name for name, row in zip(FORCES, rows, strict=True) if row), weights[rows]
+
+
+def own_calibration(S: Array, C: Array, reads: tuple[str, ...]) -> Array:
+    """Return G_ii^-1, what each cell makes of its signals, (n, r, r) [N/H]."""
+    return np.asarray(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
 
 
 def _own(of_pairs: Array) -> Array:
@@ -171,10 +303,10 @@ def _places(forces: Sequence[str]) -> list[int]:
     return [WRENCH.index(name) for name in forces]
 
 
-def _signal_slopes(cells: Cells, rows: Mask, tolerance: float) -> tuple[Array, Array]:
-    """Return S of the module docstring and its error, shape (n, r, n, 6) [H/m, H/rad]."""
-    sensor, centres = cells.sensor, cells.centres
-    weights, n = signal_weights(sensor)[rows], len(centres)
+def signal_slopes(cells: Cells, weights: Array, tolerance: float) -> tuple[Array, Array]:
+    """Return S of the module docstring and its error, (n, r, n, 6) [H/m, H/rad], by weights (r, c) of a cell's coils.
+    """
+    sensor, centres, n = cells.sensor, cells.centres, len(cells.targets)
     alone = sheets(sensor, tolerance)
     pose, lever = unloaded_pose(sensor), levers(sensor)
 

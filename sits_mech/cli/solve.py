@@ -236,22 +236,29 @@ def envelope(
 @app.command
 def cells(
     scene: Scene, *, tolerance: Tolerance = 1e-2,
-    load: Annotated[Quantity, Parameter(help="A press for which the share of finite strain is told.")] = "1 N",
+    load: Annotated[Quantity | None, Parameter(
+        help="Force of the touch (default: touch.force); else a press for the share of finite strain (1 N)."
+    )] = None,
     picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
-    """What does a cell read when its neighbour is pressed: crosstalk of several targets on one pad, [[targets]].
+    """What does a cell read when its neighbour is pressed, or what do all of a [touch]: several [[targets]] on one pad.
 
     Example: sits-mech cells fingertip.toml --set 'targets.B.centre.0="6 mm"' --picture cells.png
     """
     from sits_mech.report.folder import checked_picture
 
-    picture, press = picture and checked_picture(picture, "--picture"), quantity(load, "N", "--load")
+    picture = picture and checked_picture(picture, "--picture")
+    press = None if load is None else quantity(load, "N", "--load")
 
-    from sits_mech.chain.cells import cell_crosstalk
+    from sits_mech.chain.cells import CellCrosstalk, CellTouch, cell_crosstalk, cell_touch
     from sits_mech.report.cells import cells_figure, cells_record, cells_tables
     from sits_mech.scene.cells import load_cells
 
-    found = cell_crosstalk(load_cells(scene, overrides.all), tolerance, press)
+    given = load_cells(scene, overrides.all)
+    found: CellCrosstalk | CellTouch = (
+        cell_touch(given, tolerance, press) if given.touch is not None else
+        cell_crosstalk(given, tolerance, 1.0 if press is None else press)
+    )
     answer(cells_record(found), cells_tables(found), as_json)
     deliver_picture(picture, lambda: cells_figure(found))
     return exit_code_of(found.flags[:1], accept)

@@ -42,8 +42,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.legendre import legder, leggauss, legval
 
-from sits_mech.mechanics.equilibrium.body import Bonded, rest
-from sits_mech.mechanics.equilibrium.linearisation import bonded_stiffness
+from sits_mech.mechanics.equilibrium.body import Bonded
+from sits_mech.mechanics.equilibrium.newton import bonded_stiffness
 from sits_mech.mechanics.linear import undeformed_pad
 from sits_mech.mechanics.touch import touched_place
 from sits_mech.quantities import Array, Mask, Wrench
@@ -186,7 +186,7 @@ def bonded_plate(sensor: Sensor, degree: int = DEGREE) -> BondedPlate:
     made = BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, np.zeros((0, 0)))
     shapes = made.bonded(body, t)
     loads, lengths = (np.append(each, np.full(len(degrees), each[1])) for each in (scales.loads, scales.lengths))
-    pad = bonded_stiffness(body, rest(body), shapes, even) * np.outer(loads, 1.0 / lengths)
+    pad = bonded_stiffness(body, shapes, even) * np.outer(loads, 1.0 / lengths)
     return BondedPlate(target, sensor.touch, places, areas, degrees, even, plane, pad)
 
 

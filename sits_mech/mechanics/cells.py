@@ -16,23 +16,25 @@ has the same mesh. Unknowns: displacements of the whole pad [thicknesses]. Error
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from sits_mech.geometry.meshing.bricks import PlateOutline, box_bricks
+from sits_mech.geometry.meshing.inclusion import hollowed
 from sits_mech.mechanics.block import FINENESS, terms_of
 from sits_mech.mechanics.element.mesh import BRICK, solid_mesh
 from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
-from sits_mech.mechanics.equilibrium.body import Bonded, rest
-from sits_mech.mechanics.equilibrium.linearisation import bonded_stiffness
-from sits_mech.mechanics.equilibrium.newton import correction
+from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.mechanics.pad.shapes import GRADING, beside_lines, graded, lines_through, low_corner, under_lines
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
-from sits_mech.mechanics.pad.stack import interfaces
+from sits_mech.mechanics.pad.stack import covering, interfaces
+from sits_mech.mechanics.pressed import Level, followed, touch_forces
+from sits_mech.mechanics.spread import spreads
 from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.cells import Cells
 from sits_mech.threads import one_thread
@@ -43,30 +45,74 @@ _ONE = 1e-4  # thicknesses: sides of targets that are closer have one line
 
 @dataclass(frozen=True, eq=False)
 class CellsPad:
-    """The compliances of several targets on one pad; made by `cells_pad`."""
+    """The compliances of several targets on one pad, and what a touch does; made by `cells_pad`."""
 
     cells: Cells
     levels: Levels
     compliances: tuple[Array, ...]
     """Of each level d(pose)/d(wrench), (n, 6, n, 6), in the order of `Pose` and `Wrench` [m, rad per N, N m]."""
+    moved: tuple[Array, ...]
+    """Of each level the change of the poses by the scene's touch, (n, 6) [m, rad]: none without a force."""
+    spread: Array
+    """What other ways in which the touch may lie on silicone change of it, (n, 6)."""
+    second: Array
+    """What Newton's second step adds to it, (n, 6): finite strain to first order; infinite where it is not bounded."""
 
     @one_thread
     def softening(self, F_z: float) -> float:
-        """Return the first Newton correction of how far a press [N] moves a cell, over that; the neighbours at rest."""
-        body, scales = self.levels.coarse, pad_scales(self.cells.sensor, 1.0)
-        on, X = _on_targets(self.cells, body)[0]
-        own = replace(body, bonded=body.bonded[on], X=X, components=3, shared=None)
-        away, _ = correction(own, scales.load(Wrench(F_z=F_z))[:3])
-        return float(abs(away[1] * scales.thickness / (self.compliances[0][0, 1, 0, 1] * F_z)))
+        """Return Newton's second step of how far a press [N] moves a cell, over the first one."""
+        level, scales = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0)
+        P = np.zeros(len(level.flexibility))
+        P[:6] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
+        q, none = level.flexibility @ P, np.zeros(level.body.mesh.nodes.size)
+        return float(abs(level.second(level.displaced(q, none), P, none)[1] / q[1]))
 
 
 @one_thread
-def cells_pad(cells: Cells, tolerance: float = 1e-2) -> CellsPad:
-    """Return the compliances of a scene's targets; levels are added until their own ones are exact to `tolerance`.
+def cells_pad(
+    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None
+) -> CellsPad:
+    """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
-    Raise ValueError where memory does not hold the first two levels.
+    Levels are added until the targets' own compliances are exact to `tolerance`, or what is `seen` (..., n, 6) of their
+    motions by the touch, of the largest. Raise ValueError where memory does not hold two levels, and as `spreads`.
     """
-    asked, n = checked_tolerance(tolerance), len(cells.targets)
+    asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
+    scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
+    scale = scales.thickness, (force or 0.0) / scales.force
+
+    def measured(level: int) -> tuple[Array, ...]:
+        """Return compliance, the poses' change, what other ways do to it, and on the first level the second step."""
+        own = cells_level(cells, levels.maker(level))
+        f = [touch_forces(own, way, *scale) for way in ways]
+        each = np.array([own.flexibility @ own.work(part) for part in f] or np.zeros((1, 6 * n)))
+        q, more = each[0], np.zeros(6 * n)
+        if level == 0 and ways:
+            u = own.displaced(q, f[0])
+            more = own.second(u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
+        found = q, np.abs(each - q).max(axis=0), more
+        return _compliance(cells, own), *(part.reshape(n, 6) * scales.lengths for part in found)
+
+    def enough(found: list[tuple[Array, ...]]) -> bool:
+        """Whether the error is as asked."""
+        return _relative_error(levels, found, force is not None, seen) <= asked
+
+    found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
+    compliances, moved, spread, more = zip(*found, strict=True)
+    return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
+
+
+def _relative_error(levels: Levels, found: Sequence[tuple[Array, ...]], touched: bool, seen: Array | None) -> float:
+    """Return the largest error of own compliances, each over itself, or of motions or what is seen, over the most."""
+    if not touched:
+        limit = levels.limit([np.diag(C.reshape(C.shape[0] * C.shape[1], -1)) for C, *_ in found])
+        return float(np.max(limit.error / np.abs(limit.value)))
+    limit = levels.limit([q if seen is None else np.sum(seen * q, axis=(-2, -1)) for _, q, *_ in found])
+    return float(np.max(limit.error) / np.max(np.abs(limit.value)))
+
+
+def _levels(cells: Cells) -> Levels:
+    """Return the meshes of a pad with its targets."""
 
     def count(level: int) -> tuple[int, ...]:
         """Return the cells of a level along each axis."""
@@ -77,41 +123,48 @@ def cells_pad(cells: Cells, tolerance: float = 1e-2) -> CellsPad:
         """Make a level."""
         return cells_body(cells, *FINENESS[level])
 
-    levels = Levels(terms_of(FINENESS, 0.5), count, made, lambda level: None, share=0.0)  # sides within a face
+    return Levels(terms_of(FINENESS, 0.5), count, made, lambda level: None, share=0.0)  # sides within a face
 
-    def enough(found: list[Array]) -> bool:
-        """Whether the error of the cells' own compliances is as asked."""
-        limit = levels.limit([C.reshape(6 * n, 6 * n).diagonal() for C in found])
-        return float(np.max(limit.error / np.abs(limit.value))) <= asked
 
-    measured = (_compliance(cells, levels.maker(level)) for level in range(len(levels)))
-    found, _ = refine(levels, measured, enough, len(levels))
-    return CellsPad(cells, levels, tuple(found))
+def cells_level(cells: Cells, body: Bonded) -> Level:
+    """Return one mesh of a pad to be solved for the motions of its targets."""
+    shapes = np.zeros((*body.bonded.shape, len(cells.targets), 6))
+    for k, (on, X) in enumerate(_on_targets(cells, body)):
+        shapes[on, :, k] = bonded_tangent(X, np.zeros(6))
+    covered = covering(cells.sensor)
+    return Level(body, shapes.reshape(*body.bonded.shape, -1), 1.0 if covered is None else covered.levels[1])
 
 
 def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     """Return the whole pad with all its targets bonded; parts of a base cell and layers as in `bonded_block`."""
-    mesh, basis = solid_mesh(box_bricks(*_lines(cells, split, layers))[0], BRICK)
-    z, ends = mesh.nodes[:, 2], _ends(cells)
-    top = (z > 1.0 - 1e-9) & np.any([_within(own, mesh.nodes) for own in ends], axis=0)
-    where = np.stack([z < 1e-9, top, np.zeros(len(z), dtype=bool)])
+    ends, covered, over = _ends(cells), covering(cells.sensor), cells.cover_ends / cells.parts[1].thickness
+    mesh, division = box_bricks(*_lines(cells, split, layers))
+    high = 1.0 if covered is None else covered.levels[0]
+
+    def inside(places: Array) -> Mask:
+        """Whether places (n, 3) are within a target seen from above."""
+        return np.asarray(np.any([_within(own, places) for own in ends], axis=0))
+
+    if covered is not None:
+        mesh, _ = hollowed(mesh, division, lambda at: (at[:, 2] < 1.0) | (
+            _within(over, at) & (~inside(at) | (at[:, 2] > high))
+        ))
+    own, basis = solid_mesh(mesh, BRICK)
+    z = own.nodes[:, 2]
+    bonded = (z > 1.0 - 1e-9) & (z < high + 1e-9) & inside(own.nodes)
+    where = np.stack([z < 1e-9, bonded, np.zeros(len(z), dtype=bool)])
     half_x, half_y = np.ptp(ends[0], axis=0) / 2.0
-    own = numbered(mesh, where, basis, PlateOutline(half_x, half_y, False), half=False)
-    return solid(cells.sensor, own, 0.0, 0.0).body
+    plate, hidden = PlateOutline(half_x, half_y, False), covered is not None
+    found = solid(cells.sensor, numbered(own, where, basis, plate, half=False, covered=hidden), 0.0, 0.0)
+    return replace(found.body, components=0)
 
 
-def _compliance(cells: Cells, body: Bonded) -> Array:
-    """Return d(pose)/d(wrench) of all targets by one body, (n, 6, n, 6)."""
+def _compliance(cells: Cells, level: Level) -> Array:
+    """Return d(pose)/d(wrench) of all targets on one level, (n, 6, n, 6)."""
     target, pad = cells.parts
-    n = len(cells.targets)
-    T = np.zeros((*body.bonded.shape, n, 6))
-    for k, (on, X) in enumerate(_on_targets(cells, body)):
-        T[on, :, k] = bonded_tangent(X, np.zeros(6))
-    shapes = T.reshape(*body.bonded.shape, 6 * n)
-    K = bonded_stiffness(body, rest(body), shapes, np.ones(6 * n, dtype=bool))[6:, 6:]
-    scales, height = pad_scales(cells.sensor, 1.0), target.load_height / pad.thickness
+    n, scales, height = len(cells.targets), pad_scales(cells.sensor, 1.0), target.load_height / pad.thickness
     work = np.stack([work_of_load(unit, height, np.zeros(6)) for unit in np.eye(6)], axis=1)
-    C = np.linalg.inv(K).reshape(n, 6, n, 6) @ (work / scales.loads)
+    C = level.flexibility.reshape(n, 6, n, 6) @ (work / scales.loads)
     return np.asarray(C * scales.lengths[:, None, None])
 
 
@@ -138,15 +191,20 @@ def _lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Array]:
     """Return the lines of the pad along x, y and z [thicknesses]."""
     _, pad = cells.parts
     ends, half = _ends(cells), 0.5 * np.array(pad.extent) / pad.thickness
-    x, y = (_lines_across(ends[:, :, k], float(half[k]), (split, GRADING, layers)) for k in (0, 1))
+    way, foot = (split, GRADING, layers), (cells.cover_ends / pad.thickness).T.tolist()
+    x, y = (_lines_across(ends[:, :, k], float(half[k]), way, foot[k]) for k in (0, 1))
     around, whole = (PlateOutline(size[0], size[1], False) for size in (np.abs(ends).max(axis=(0, 1)), half))
-    return x, y, lines_through(split, GRADING, low_corner(around, whole), layers, interfaces(pad))
+    through = lines_through(*way[:2], low_corner(around, whole), layers, interfaces(pad), covering(cells.sensor))
+    return x, y, through
 
 
-def _lines_across(ends: Array, half: float, way: tuple[int, float, int]) -> Array:
-    """Return the lines along an axis of a pad from -half to half, over targets between `ends` (n, 2)."""
+def _lines_across(ends: Array, half: float, way: tuple[int, float, int], foot: Sequence[float]) -> Array:
+    """Return the lines along an axis of a pad from -half to half, over targets between `ends` (n, 2).
+
+    `foot` are the ends of a cover, if any.
+    """
     sides = [-half]
-    for side in np.sort(ends.ravel()).tolist():
+    for side in sorted([*ends.ravel().tolist(), *foot]):
         sides += [side] if sides[-1] + _ONE < side < half - _ONE else []
     lines = [np.array(sides[:1])]
     for low, high in pairwise([*sides, half]):

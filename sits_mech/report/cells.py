@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
 
-from sits_mech.chain.cells import FORCES, CellCrosstalk
+from sits_mech.chain.cells import FORCES, CellCrosstalk, CellTouch
 from sits_mech.geometry.tracks import coil_lines
+from sits_mech.quantities import POSE
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
@@ -21,15 +24,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def cells_record(found: CellCrosstalk) -> dict[str, Any]:
-    """Return crosstalk for a program: by cell that reads, force read, cell pressed and force on it [N/N]."""
-    shown = ("total", "mechanical", "magnetic", "error", "load", "finite_strain", "seconds")
-    record = {"cells": found.cells.names, "reads": found.reads, "forces": FORCES}
-    return record | {name: getattr(found, name) for name in shown} | status_record(found.flags)
+def cells_record(found: CellCrosstalk | CellTouch) -> dict[str, Any]:
+    """Return crosstalk by cell that reads, force read, cell pressed and force on it, or what a touch does by cell."""
+    more: dict[str, Any] = {"coils": [coil.name for coil in found.cells.sensor.coils], "components": POSE}
+    if isinstance(found, CellCrosstalk):
+        more = {"forces": FORCES, "total": found.total}
+    shown = {each.name: getattr(found, each.name) for each in fields(found) if each.name not in ("cells", "flags")}
+    return {"cells": found.cells.names} | more | shown | status_record(found.flags)
 
 
-def cells_tables(found: CellCrosstalk) -> list[Table]:
+def cells_tables(found: CellCrosstalk | CellTouch) -> list[Table]:
     """Return crosstalk for a reader: the largest of each force, F_z of each cell, its parts and what is left out."""
+    if isinstance(found, CellTouch):
+        return _touch_tables(found)
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)[:, None, :, None]
     total, magnetic, error = 100.0 * np.stack([found.total, found.magnetic, found.error])
     fields = np.where(own, 0.0, np.abs(magnetic))
@@ -40,7 +47,7 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
     for i, name in enumerate(names):
         each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
         press.add_row(name, *(with_error(*both) if j != i else "" for j, both in enumerate(each)))
-    strain = "not bounded" if math.isinf(found.finite_strain) else f"{100.0 * found.finite_strain:.2g} % of each figure"
+    strain = _strain(found.finite_strain) + " of each figure" * math.isfinite(found.finite_strain)
     lines = [
         *status_lines(found.flags),
         ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
@@ -50,8 +57,44 @@ def cells_tables(found: CellCrosstalk) -> list[Table]:
     return [most, press, key_table("crosstalk", lines)]
 
 
-def cells_figure(found: CellCrosstalk) -> Figure:
-    """Draw the pad with its cells from above, and which F_z each reads by F_z on another."""
+def _touch_tables(found: CellTouch) -> list[Table]:
+    """Return what a touch does for a reader: how far the target of each cell moves, its coils, forces read."""
+    coils = [coil.name for coil in found.cells.sensor.coils]
+    moves = column_table("targets move", ["cell", *(f"{x} [u{'rad' if 'alpha' in x else 'm'}]" for x in POSE)])
+    read = column_table("cells read", ["cell", *(f"{name} [%]" for name in coils), *(f"{x} [mN]" for x in found.reads)])
+    values = [1e6 * found.moved, np.hstack([100.0 * (found.L / found.L_rest - 1.0), 1e3 * found.read])]
+    errors = [1e6 * found.pose_error, np.hstack([100.0 * found.L_error / found.L_rest, 1e3 * found.read_error])]
+    for table, *both in zip((moves, read), values, errors, strict=True):
+        for name, *row in zip(found.cells.names, *both, strict=True):
+            sizes = np.abs(both[0]).max(axis=0)
+            table.add_row(name, *(with_error(*each) for each in zip(*row, sizes, strict=True)))
+    lines = [
+        *status_lines(found.flags),
+        ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
+        ("finite strain", f"{_strain(found.finite_strain)} of how far targets move; left out of forces read"),
+        ("took", f"{found.seconds:.3g} s"),
+    ]
+    return [moves, read, key_table("touch", lines)]
+
+
+def _touch_figure(found: CellTouch) -> Figure:
+    """Draw the pad with its cells and the touch from above, with what the coils of each change by."""
+    change = 100.0 * (found.L / found.L_rest - 1.0)
+    with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
+        _draw_plan(plan, found.cells, ["\n".join(f"{each:+.2g} %" for each in own) for own in change])
+        plan.set(title=f"$\\Delta L$ under a {found.cells.touched.words}, {found.force:g} N")
+        return figure
+
+
+def _strain(share: float) -> str:
+    """Return a share of finite strain in words."""
+    return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} %"
+
+
+def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
+    """Draw the pad with its cells from above, and which F_z each reads by F_z on another, or what a touch changes."""
+    if isinstance(found, CellTouch):
+        return _touch_figure(found)
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)
     percent = np.where(own, np.nan, 100.0 * found.total[:, 0, :, 0])
     with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, matrix)):
@@ -67,14 +110,21 @@ def cells_figure(found: CellCrosstalk) -> Figure:
         return figure
 
 
-def _draw_plan(axes: Axes, cells: Cells) -> None:
-    """Draw pad, targets and coils from above."""
+def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
+    """Draw pad, targets, coils and what touches them from above, cells with labels below their names."""
     (target, pad), box = cells.parts, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
     add_polygons(axes, MM * box[None] * pad.extent, facecolors="#efcf9f")
     add_polygons(axes, MM * (cells.centres[:, None] + box * target.extent), facecolors="#b87333")
-    for cell, place in zip(cells.targets, cells.centres, strict=True):
+    for cell, place, label in zip(cells.targets, cells.centres, labels or [""] * len(cells.targets), strict=True):
         for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
             axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
-        axes.annotate(cell.name, MM * place, ha="center", va="center", fontsize=7)
+        axes.annotate(f"{cell.name}\n{label}".strip(), MM * place, ha="center", va="center", fontsize=7)
+    if len(cells.cover_ends):
+        low, high = cells.cover_ends
+        add_polygons(axes, MM * (box * (high - low) + (low + high) / 2.0)[None], facecolors="#e8c48a80", edgecolors="k")
+    if cells.touch is not None:
+        at, flat = cells.touch.place, cells.touch.border
+        axes.fill(*MM * (flat + at).T, facecolor="#3050c040", edgecolor="#3050c0")
+        axes.plot(*MM * np.array(at), "+", color="#3050c0", markersize=6)
     axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title="cells and coils from above")
     axes.grid(False)

@@ -1,16 +1,18 @@
-"""Crosstalk between cells: what it is made of, symmetries, far apart, and plates moved one by one."""
+"""Crosstalk between cells: what it is made of, symmetries, far apart, plates moved one by one; one touch of several."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sits_mech.chain.cells import _signal_slopes, cell_crosstalk
+from sits_mech.chain.cells import cell_crosstalk, cell_touch, signal_slopes
+from sits_mech.chain.propagation import signal_weights
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.mechanics.cells import cells_pad
 from sits_mech.quantities import Pose
 from sits_mech.scene.cells import load_cells
 from sits_mech.scene.parts import Conductor, Plate
+from sits_mech.units import SceneError
 
 COIL = (
     '{{name="{}", centre=["{}", "{}"], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
@@ -77,7 +79,7 @@ def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says():
     A's coil is on the side of B. What comes through fields, 0.4 and 1.2 % of what is read, brings the whole nearer.
     """
     pair = on_x(4.8e-3, f'coils=[{COIL.format("C", "2 mm", "0 mm")}]', 'elastomer.width="30 mm"')
-    S, off = (each[0, 0] for each in _signal_slopes(pair, np.array([True, False, False]), 1e-2))
+    S, off = (each[0, 0] for each in signal_slopes(pair, signal_weights(pair.sensor)[:1], 1e-2))
 
     def half_change(A, B):
         read = []
@@ -104,7 +106,7 @@ def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says():
 def test_third_targets_change_slopes_by_no_more_than_their_share():
     """In a row at 1.2 widths the first one moves: seen by the next, and by the one beyond, among all and in pairs."""
     row = cells([(-9.6e-3, 0.0), (0.0, 0.0), (9.6e-3, 0.0)], ONE, 'elastomer.width="40 mm"')
-    S, off = (each[:, 0, 0, 1] for each in _signal_slopes(row, np.array([True, False, False]), 1e-2))
+    S, off = (each[:, 0, 0, 1] for each in signal_slopes(row, signal_weights(row.sensor)[:1], 1e-2))
     plates = tuple(Conductor(name=f"P{k}", centre=(k * 9.6e-3, 0.0, 2.1e-3), **shape_of(row)) for k in (1, 2))
     among = np.zeros(3)
     for seen in (1, 2):
@@ -120,7 +122,52 @@ def test_third_targets_change_slopes_by_no_more_than_their_share():
 @pytest.mark.slow
 def test_slopes_go_on_where_another_preparation_serves_a_gap():
     """At 2 mm, as wide as coils are deep: change of preparation has no part in differences, which was a slope twice."""
-    wide, rows = ONE.replace("turns=5", "turns=12"), np.array([True, False, False])
-    each = [_signal_slopes(on_x(half, wide, 'elastomer.width="30 mm"'), rows, 0.1)[0] for half in (5e-3, 5.02e-3)]
+    wide, one = ONE.replace("turns=5", "turns=12"), np.ones((1, 1))
+    each = [signal_slopes(on_x(half, wide, 'elastomer.width="30 mm"'), one, 0.1)[0] for half in (5e-3, 5.02e-3)]
     before, after = (S[0, 0, 1, :3] for S in each)
     assert np.all(np.abs(after / before - 1.0) < 0.05)
+
+
+COILS = "coils=[" + ", ".join(
+    f'{{name="{name}", centre=["{x}", 0], turns=4, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}' for name, x in (("L", "-2 mm"), ("R", "2 mm"))
+) + "]"
+
+
+def touched(touch, force, tolerance=0.1):
+    places = 'targets=[{name="A", centre=["-5 mm", 0]}, {name="B", centre=["5 mm", 0]}]'
+    scene = load_cells("biorob2018", [COILS, places, 'elastomer.width="30 mm"', f"touch={touch}"])
+    return scene, cell_touch(scene, tolerance, force)
+
+
+@pytest.fixture(scope="module")
+def middle():
+    return touched('{shape="sphere", radius="5 mm", x="5 mm"}', 0.05)
+
+
+def test_a_press_in_the_middle_of_a_cell_is_read_as_its_crosstalk_says(middle):
+    scene, found = middle
+    crosstalk = cell_crosstalk(scene, 0.1)
+    assert found.reads == crosstalk.reads == ("F_z", "F_x") and found.read.shape == (2, 2)
+    assert found.read[1] == pytest.approx([0.05, 0.0], abs=1e-4)
+    assert found.read[0] == pytest.approx(0.05 * crosstalk.total[0, :, 1, 0], abs=1e-4)
+    assert found.L[1, 0] == pytest.approx(found.L[1, 1], rel=1e-9) and np.all(found.L[1] < found.L_rest)
+    assert found.moved[1, 1] < 0.0 < found.moved[0, 1] and 0.0 < found.finite_strain < 0.05
+
+
+def test_pressures_on_two_cells_are_their_sum():
+    """A pressure over both, the silicone between, and its parts: forces read add up, at small strain."""
+    _, wide = touched('{shape="pressure", width="14 mm", length="4 mm"}', 0.05)
+    parts = [touched(f'{{shape="pressure", width="{w} mm", length="4 mm", x="{x} mm"}}', 0.05 * w / 14.0)[1]
+             for w, x in ((6, -4), (2, 0), (6, 4))]
+    off = np.abs(wide.read - sum(part.read for part in parts))
+    assert np.all(off < wide.read_error + sum(part.read_error for part in parts))
+    assert wide.read[0] == pytest.approx(wide.read[1] * [1.0, -1.0], abs=1e-6)
+
+
+def test_a_scene_without_touch_or_force_is_refused_in_one_line():
+    places = 'targets=[{name="A", centre=["-5 mm", 0]}, {name="B", centre=["5 mm", 0]}]'
+    with pytest.raises(SceneError, match="touch must be given to press on cells; it is missing"):
+        cell_touch(load_cells("biorob2018", [COILS, places]))
+    with pytest.raises(SceneError, match="touch.force must be a press above 0 N; got none"):
+        touched('{shape="sphere", radius="5 mm", x="5 mm"}', None)

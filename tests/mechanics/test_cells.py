@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.cells import _compliance, cells_body, cells_pad
+from sits_mech.chain.models import mechanical_model
+from sits_mech.mechanics.cells import _compliance, cells_body, cells_level, cells_pad
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
+from sits_mech.mechanics.pressed import touch_forces
+from sits_mech.mechanics.spread import spreads
 from sits_mech.quantities import Wrench
 from sits_mech.scene.cells import Cell, Cells, load_cells
 from sits_mech.scene.sensor import load_sensor
@@ -39,7 +42,7 @@ def test_one_target_is_as_it_is_alone(fineness):
     work = np.stack([work_of_load(unit, 0.5, np.zeros(6)) for unit in np.eye(6)], axis=1)
     scales = pad_scales(sensor, 1.0)
     alone = scales.lengths[:, None] * (C @ work) / scales.loads
-    found = _compliance(cells, cells_body(cells, *fineness))[0, :, 0]
+    found = _compliance(cells, cells_level(cells, cells_body(cells, *fineness)))[0, :, 0]
     assert np.abs(found - alone).max(axis=1) == pytest.approx(0.0, abs=1e-9 * np.abs(alone).max())
     assert found == pytest.approx(alone, rel=1e-9, abs=1e-11 * np.abs(alone).max())
 
@@ -50,7 +53,7 @@ def test_what_one_cell_does_to_another_it_does_back():
         COIL, 'targets=[{name="A", centre=["-5 mm", "-1 mm"]}, {name="B", centre=["5 mm", "2 mm"]}]',
         'target.load_height="0 mm"',
     ])
-    C = _compliance(cells, cells_body(cells, 1, 0)) * FLIPPED[:, None, None]
+    C = _compliance(cells, cells_level(cells, cells_body(cells, 1, 0))) * FLIPPED[:, None, None]
     size = np.sqrt(np.einsum("irir->ir", C))
     scaled = C / (size[..., None, None] * size)
     assert scaled == pytest.approx(scaled.transpose(2, 3, 0, 1), abs=1e-10)
@@ -87,6 +90,56 @@ def test_a_pair_at_a_pitch_of_1_2_widths_moves_as_by_another_code():
     assert np.diag(own) == pytest.approx(np.diag(OTHER_CODE), rel=0.02)
     assert own[0, 2] == pytest.approx(OTHER_CODE[0, 2], rel=0.02)
     assert error[1, 1, 0, 1] < 0.02 * abs(value[1, 1, 0, 1])
+
+
+# studies/common/ngsolve_cells_touch.py, edges of 0.15 and 0.25 mm: mu q of (d_h, d_z, alpha) of A, then B [mm, N]
+SOFT = '{law="neo-hookean", shear_modulus="10 kPa", bulk_modulus="10 MPa"}'
+PRESSED = [
+    (6e-3, ('touch={shape="pressure", width="1.6 mm", length="4 mm", x="0.6 mm"}',),
+     [-0.0021272532, 0.0006042150, -0.0002994434, 0.0027946181, 0.0010100085, 0.0004249496]),
+    (4.8e-3, ('target.thickness="0.5 mm"', f'cover={{material={SOFT}, thickness="1 mm", overhang="1.5 mm"}}',
+              'touch={shape="pressure", width="4 mm", length="4 mm", x="2 mm"}'),
+     [-0.0021554885, 0.0002462647, -0.0000240730, 0.0025090179, -0.0012162236, -0.0008961877]),
+]
+
+
+@pytest.mark.parametrize(("half", "keys", "other_code"), PRESSED)
+def test_a_pressure_between_targets_moves_them_as_by_another_code(half, keys, other_code):
+    """On bare silicone between two targets, and on a cover over both: within 2 % of what moves most, each way."""
+    found = cells_pad(pair(half, 'elastomer.width="30 mm"', f"elastomer.material={SOFT}", *keys), 0.02, 1e-3)
+    limit, unit = found.levels.limit(found.moved), np.array([1e3, 1e3, 1.0]) * 1e-2 / 1e-3
+    own, error = (part[:, :3] * unit for part in (limit.value, limit.error))
+    other = np.reshape(other_code, (2, 3))
+    most = np.abs(other).max(axis=0)
+    assert np.all(np.abs(own - other) < 0.02 * most) and np.all(np.abs(own - other) < error + 5e-3 * most)
+
+
+def test_a_pressure_on_one_target_is_its_wrench():
+    """Also of a touch in its middle of force: what it does to all is the compliance by that wrench."""
+    touch = 'touch={shape="pressure", width="3 mm", length="2 mm", x="6 mm", y="1 mm"}'
+    cells = pair(5e-3, touch)
+    level, t = cells_level(cells, cells_body(cells, 1, 0)), 2e-3
+    (way,), scales = spreads(cells, 1.0), pad_scales(cells.sensor, 1.0)
+    q = level.flexibility @ level.work(touch_forces(level, way, t, 1.0 / scales.force))
+    wrench = Wrench(F_z=1.0, M=1e-3, M_x=-1e-3).components
+    by_wrench = _compliance(cells, level)[:, :, 1] @ wrench
+    assert q.reshape(2, 6) * scales.lengths == pytest.approx(by_wrench, rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("force", "left"), [(0.3, 0.01), (1.0, 0.04)])
+def test_a_press_beside_the_middle_is_as_at_finite_strain(force, left):
+    """Of one target, guided 2 mm off its middle: second step against `block`; small strain is off by 5 and 17 %."""
+    sensor = load_sensor("biorob2018", ['touch={shape="punch", width="1 mm", length="1 mm", x="2 mm"}'])
+    given = {"sensor": sensor.model_copy(update={"touch": None}), "targets": (Cell(name="A", centre=(0.0, 0.0)),)}
+    found = cells_pad(Cells.model_construct(**given, touch=sensor.touch), force=force)
+    lever = np.array([1.0, 1.0, 4e-3, 1.0, 4e-3, 4e-3])
+    small = (found.levels.limit(found.moved).value * lever)[0]
+    block = mechanical_model(sensor, tolerance=0.01)[0].equilibrium(Wrench(F_z=force)).pose.components * lever
+    block[1] -= 2e-3
+    size = np.abs(small).max()
+    second = small + (found.second * lever)[0]
+    assert np.abs(second - block).max() < left * size < 0.3 * np.abs(small - block).max()
 
 
 def test_softening_is_what_small_strain_leaves_out():

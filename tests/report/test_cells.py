@@ -81,6 +81,32 @@ def test_the_command_answers_in_tables_json_and_a_picture(scene, tmp_path, capsy
     assert record["total"][0][0][1][0] == pytest.approx(-0.08) and record["load"] == 1.0
 
 
+def test_a_touch_answers_in_tables_json_and_a_picture(tmp_path, capsys):
+    """On a cover between two cells: both alike, mirror images."""
+    path, drawn = tmp_path / "touched.toml", tmp_path / "touched.png"
+    path.write_text(f"""{SCENE}
+[cover]
+material = "ecoflex-00-30"
+thickness = "1 mm"
+overhang = "1 mm"
+[touch]
+shape = "pressure"
+width = "6 mm"
+length = "6 mm"
+""")
+    assert run(["cells", str(path)]) == 2
+    assert "touch.force must be a press above 0 N; got none" in capsys.readouterr().err
+    assert run(["cells", str(path), "--load", "0.1 N", "--tolerance", "0.1", "--picture", str(drawn)]) == 0
+    told = capsys.readouterr()
+    assert "pressure 6 mm x 6 mm, 0.1 N" in told.out and "F_z [mN]" in told.out and drawn.stat().st_size > 10_000
+    assert run(["cells", str(path), "--load", "0.1 N", "--tolerance", "0.1", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["cells"] == ["left", "right"] and record["coils"] == ["C"] and record["force"] == 0.1
+    left, right = np.array(record["moved"])
+    assert left == pytest.approx(right * [-1.0, 1.0, -1.0, 1.0, 1.0, -1.0], abs=1e-9)
+    assert record["L"][0] == pytest.approx(record["L"][1], rel=1e-9) and record["components"][1] == "d_v"
+
+
 def test_a_press_that_small_strain_does_not_hold_is_said(scene):
     found = chain.cell_crosstalk(load_cells(scene), 1e-2, 10.0)
     *_, last = cells_tables(found)

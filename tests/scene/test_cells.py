@@ -12,6 +12,9 @@ COIL = (
 )
 
 
+COVER = 'cover={material="ecoflex-00-30", thickness="0.5 mm", overhang="1 mm"}'
+
+
 def two(x="10 mm", y="0 mm"):
     return f'targets=[{{name="A", centre=["-5 mm", "0 mm"]}}, {{name="B", centre=["{x}", "{y}"]}}]'
 
@@ -42,12 +45,31 @@ def test_a_cell_is_the_scene_without_its_places():
      'target.shape must be "rectangle" where several stand on one pad; got "disc"'),
     (['elastomer={material="ecoflex-00-30", diameter="30 mm", thickness="2 mm"}'], {}, "elastomer must be a box under "
      "several targets; got cylinder"),
-    (['touch={shape="sphere", radius="5 mm"}'], {}, "touch must be left out with .*targets"),
+    (['conductors=[{name="B", material="copper", shape="rectangle", width="5 mm", length="5 mm", thickness="1 mm", '
+      'centre=["0 mm", "-9 mm"]}]'], {}, "conductors must be left out with .*targets"),
+    (['touch={shape="pressure", width="4 mm", length="2 mm", x="9 mm"}'], {}, "touch must lie on the pad, 20 mm x 20 "
+     "mm, as a whole; got a pressure 4 mm x 2 mm at 9 mm, 0 mm"),
+    (['touch={shape="punch", width="4 mm", length="2 mm", x="2 mm"}'], {}, "touch must lie on one target or on the "
+     "silicone beside all, of bare targets 0.2 mm thick, and not over the rim of targets.B; got a punch 4 mm x 2 mm"),
+    (['touch={shape="sphere", radius="10 mm"}'], {}, "not over the rim of targets.A; got a sphere of radius 10 mm"),
+    (['touch={shape="sphere"}'], {}, "touch: radius must be given for a sphere"),
+    ([COVER, 'touch={shape="sphere", radius="5 mm", y="6 mm"}'], {}, "touch must lie on the cover, 20 mm x 10 mm, as a "
+     "whole; got a sphere of radius 5 mm at 0 mm, 6 mm"),
+    ([COVER.replace("1 mm", "2 mm")], {}, "cover.overhang must be at most 1 mm beyond the outer targets, or it reaches "
+     "beyond the pad; got 2 mm"),
 ])
 def test_cells_that_cannot_be_are_refused_in_one_line(keys, place, line):
     with pytest.raises(SceneError, match=line) as caught:
         cells(*keys, **place)
     assert "\n" not in str(caught.value)
+
+
+def test_a_rigid_touch_knows_its_target_and_what_it_would_meet_beside():
+    sphere = cells('touch={shape="sphere", radius="0.9 mm"}')
+    assert sphere.pressed_target is None and np.all(np.isinf(sphere.heights_over(sphere.touch)))  # 1 mm from both
+    ball = cells('touch={shape="sphere", radius="2 mm"}')
+    assert ball.heights_over(ball.touch) == pytest.approx(2e-3 - np.sqrt(3.0) * 1e-3)
+    assert cells('touch={shape="punch", diameter="6 mm", x="5 mm"}').pressed_target == 1
 
 
 def test_scenes_of_one_target_and_of_several_name_each_other():

@@ -7,6 +7,7 @@ left, whole base cells of a family (bricks.py).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -31,10 +32,13 @@ class Inclusion(NamedTuple):
         return np.asarray((z < self.low) | (in_cover & (~in_target | (z > self.high))))
 
 
-def hollowed(mesh: MeshHex, division: Subdivision, inclusion: Inclusion) -> tuple[MeshHex, Subdivision]:
-    """Return the bricks of silicone, on the points that they have, and their division."""
+def hollowed(
+    mesh: MeshHex, division: Subdivision, filled: Callable[[Array], Mask]
+) -> tuple[MeshHex, Subdivision]:
+    """Return the bricks whose middles, (n, 3), are `filled` with silicone, on the points that they have; and division.
+    """
     points, corners, places = bricks_of(mesh)
-    kept = inclusion.filled(places[:, -1])  # middles
+    kept = filled(places[:, -1])  # middles
     used, numbers = np.unique(corners[kept], return_inverse=True)
     base, part, low, high = division
     some = Subdivision(np.unique(base[kept], return_inverse=True)[1], part[kept], low[kept], high[kept])

@@ -27,8 +27,9 @@ control; E. Riks, Int. J. Solids Struct. 15 (1979) 529, for the plane across the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -154,36 +155,35 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
     return _Linear(numbers, values, T, extra, here)
 
 
-def bonded_stiffness(body: Bonded, here: State, shapes: Array, even: Mask) -> Array:
-    """Return the stiffness on the motion q and on `shapes` (n, d, m) of the bonded nodes, shape (6 + m, 6 + m).
+def factored_shapes(
+    body: Bonded, here: State, shapes: Array, parts: Sequence[tuple[Pattern, Sequence[int]]]
+) -> list[Factor]:
+    """Eliminate displacements that are free by a pattern from some of the motion q and `shapes` (n, d, m) after it.
 
-    `even` tells which shapes are even in y; what a body neither frees nor hides is zero. Raises ValueError where it is
-    singular.
+    Raises ValueError where that is singular.
     """
-    made, k, m = _with_shapes(body, here, residuals_of(body, here), shapes), body.components, shapes.shape[-1]
-    own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
-    parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
-    K = np.zeros((6 + m, 6 + m))
-    for pattern, some in parts:
-        found = _eliminated(pattern, made, some, np.zeros(len(pattern.free)))
-        if found is None:
-            raise ValueError("elastomer: must have a stiffness at rest; it has none")
-        K[np.ix_(some, some)] = found.stiffness
-    return K
+    made = _with_shapes(body, here, residuals_of(body, here), shapes)
+    found = [_eliminated(pattern, made, [*some], np.zeros(len(pattern.free))) for pattern, some in parts]
+    if None in found:
+        raise ValueError("elastomer: must have a stiffness at rest; it has none")
+    return cast(list[Factor], found)
 
 
-def bending_equations(body: Bonded, here: State, shapes: Array) -> tuple[Array, Array] | None:
-    """Return S and r of S (dq, a) = -r, Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a rest.
+def bending_equations(
+    body: Bonded, here: State, shapes: Array, f: Array | float = 0.0
+) -> tuple[Array, Array] | None:
+    """Return S and r of S (dq, a) = -r, Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a state.
 
-    Of the motions those that move the body; r is of the pad alone on the shapes, which the rest has not. None if
-    singular.
+    Of the motions those that move the body; r is of the pad and of forces `f` on nodes, on the shapes, which the state
+    has not. None if singular.
     """
     found, moving = residuals_of(body, here), np.flatnonzero(body.freed)
     made = _with_shapes(body, here, found, shapes)
-    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + shapes.shape[-1])], found.free)
+    left = found.forces[: body.mesh.nodes.size] - f
+    factor = _eliminated(body.pattern, made, [*moving, *range(6, 6 + shapes.shape[-1])], left[body.pattern.free])
     if factor is None:
         return None
-    on_shapes = np.einsum("ni,nim->m", found.forces[body.bonded], shapes)
+    on_shapes = np.einsum("ni,nim->m", left[body.bonded], shapes)
     return factor.stiffness, np.concatenate([found.target[moving], on_shapes]) + factor.side.T @ factor.step
 
 

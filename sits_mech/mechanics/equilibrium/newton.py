@@ -39,6 +39,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     aim_of,
     bordered,
     factored,
+    factored_shapes,
     hidden_stiffness,
     residuals_of,
     stepped,
@@ -46,7 +47,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
 )
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.memory import SECONDS
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 SETTLED = 1e-9
 """Residual, over the load's size or the share of K below which rounding would rule, of a state at rest."""
@@ -170,6 +171,19 @@ def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array)
         return np.linalg.solve(matrix, np.eye(2 * k + 1)[-1])[:k]
     except np.linalg.LinAlgError:
         return np.full(k, np.nan)
+
+
+def bonded_stiffness(body: Bonded, shapes: Array, even: Mask) -> Array:
+    """Return the stiffness at rest on the motion and on `shapes` (n, d, m), which are `even` in y, (6 + m, 6 + m).
+
+    What a body neither frees nor hides is zero.
+    """
+    k, K = body.components, np.zeros((6 + len(even), 6 + len(even)))
+    own, odd = [*range(k), *(6 + np.flatnonzero(even | (k == 6)))], [*range(3, 6), *(6 + np.flatnonzero(~even))]
+    parts = [(body.pattern, own), *([] if body.hidden is None else [(body.hidden(), odd)])]
+    for (_, some), found in zip(parts, factored_shapes(body, rest(body), shapes, parts), strict=True):
+        K[np.ix_(some, some)] = found.stiffness
+    return K
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:

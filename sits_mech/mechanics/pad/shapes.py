@@ -138,7 +138,7 @@ def half_bricks(shape: PadShape, split: int, grading: float, layers: int = 0) ->
     else:
         boxes = [box_lines(own, pad, *way, between, cover) for way in ways]
         found = box_bricks(*boxes[0], base=boxes[1])
-    return found if shape.inclusion is None else hollowed(*found, shape.inclusion)
+    return found if shape.inclusion is None else hollowed(*found, shape.inclusion.filled)
 
 
 def crosses(shape: PadShape) -> bool:

@@ -24,7 +24,7 @@ def meshed(target, cover, pad):
     (DISC, PlateOutline(3.0, 2.5, False)),
 ])
 def test_what_is_left_is_pad_and_cover_without_the_target(outlines, pad):
-    mesh, division = hollowed(*meshed(*outlines, pad), Inclusion(*outlines, 1.0, 1.2))
+    mesh, division = hollowed(*meshed(*outlines, pad), Inclusion(*outlines, 1.0, 1.2).filled)
     dx = Basis(mesh, ElementHex2(), intorder=5).dx
     target, cover, below = ((np.pi if each.is_round else 4.0) * each.half_x * each.half_y for each in (*outlines, pad))
     assert dx.min() > 0.0
@@ -35,6 +35,6 @@ def test_what_is_left_is_pad_and_cover_without_the_target(outlines, pad):
 
 
 def test_every_part_of_a_base_cell_is_left_or_none():
-    mesh, division = hollowed(*meshed(*SQUARE, PlateOutline(3.0, 3.0, False)), Inclusion(*SQUARE, 1.0, 1.2))
+    mesh, division = hollowed(*meshed(*SQUARE, PlateOutline(3.0, 3.0, False)), Inclusion(*SQUARE, 1.0, 1.2).filled)
     size = (division.high - division.low).prod(axis=1)
     assert np.bincount(division.base, size) == pytest.approx(1.0, rel=1e-12)
