@@ -39,7 +39,7 @@ class NoteKind(StrEnum):
     CONTACT_LOST = "contact lost"  # contact could not be followed: the error is the whole displacement
     BELOW_GROUND = "below ground"  # the target's rim: depth [m]
 
-    BENT = "bent"  # the target, which is solved: deflection [m]
+    BENT = "bent"  # the target, which is solved: deflection [m], whether it is bare
 
     # meshes and their errors
     EDGE_RADIUS = "edge radius"  # radius, d_h, d_v [m], alpha [rad]: what fillets move

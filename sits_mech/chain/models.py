@@ -66,6 +66,7 @@ class Why(StrEnum):
     ONLY = "only"  # no other holds the scene
     WITHIN = "within"  # the cheapest within the tolerance
     LEAST = "least"  # none is within: the least error
+    BENDS = "bends"  # the cheapest that bends the target, which takes half of the tolerance
 
 
 class Candidate(NamedTuple):
@@ -182,10 +183,13 @@ def choose_mechanics(
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
-    if not MECHANICS[found.name].bends:
+    able = [each for each in found.candidates if each.model.bends and each.refusal is None]
+    able = [each for each in able if name == "auto" or each.model.name == name]
+    least = able[0].model.least if able else 0.0
+    if not able or not any(item.size >= HALF * tolerance for item in bending(sensor, loads, least)):
         return found
-    least = MECHANICS[found.name].least
-    return replace(found, bent=any(item.size >= HALF * tolerance for item in bending(sensor, loads, least)))
+    taken = found if MECHANICS[found.name].bends else _taken(able[0], Why.BENDS, found.candidates)
+    return replace(taken, bent=True)
 
 
 def magnetic_question(

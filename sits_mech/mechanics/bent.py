@@ -65,7 +65,7 @@ class Bending:
         )
         moved = found.pose.components - scales.pose(np.zeros(6)).components
         more = relative(off, moved, levels.fine.reach(scales.thickness))
-        note = Note.of(NoteKind.BENT, deflection=float(np.abs(w).max()))
+        note = Note.of(NoteKind.BENT, deflection=float(np.abs(w).max()), bare=self.plate.target.bare)
         return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
 
     def steps(self, levels: Levels, scales: Scales, found: Equilibrium) -> Array | None:

@@ -38,6 +38,11 @@ def _far(numbers: Mapping[str, Number]) -> str:
     return f"{numbers['name']} is far away, at ({place}) mm"
 
 
+def bare_words(bare: object) -> str:
+    """Say what stiffens a target without a backing."""
+    return "; bare: give target.backing_thickness of what it is glued on" if bare else ""
+
+
 def _bends(numbers: Mapping[str, Number]) -> str:
     """Say how far a target bends."""
     if "stiffness" not in numbers:
@@ -46,7 +51,8 @@ def _bends(numbers: Mapping[str, Number]) -> str:
         return "its pad has no mesh on which it could bend"
     deflection, stiffness = (float(numbers[name]) for name in ("deflection", "stiffness"))
     least = "" if numbers["known"] else "; as soft as lead: give target.youngs_modulus"
-    return f"it is solved as rigid; of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um{least}"
+    how_far = f"of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
+    return f"it is solved as rigid; {how_far}{least}{bare_words(numbers.get('bare'))}"
 
 
 _REASONS: Mapping[OmissionKind, _Reason] = {

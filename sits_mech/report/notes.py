@@ -13,6 +13,7 @@ from sits_mech.mechanics.levels.words import WORDS
 from sits_mech.memory import memory_words
 from sits_mech.notes import Note, NoteKind, unpacked
 from sits_mech.quantities import POSE, UNITS
+from sits_mech.report.left_out import bare_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -144,7 +145,7 @@ _TEMPLATES: Mapping[NoteKind, str] = {
 _MADE: Mapping[NoteKind, Callable[[Numbers], str]] = {
     NoteKind.BENT: lambda known: (
         f"the target bends by up to {1e6 * known['deflection']:.2g} um, which is solved: the pose is that of a rigid "
-        "one that the coils read alike"
+        f"one that the coils read alike{bare_words(known.get('bare'))}"
     ),
     NoteKind.FACE_TOUCHES: _touched,
     NoteKind.FACE_FOLDS: lambda known: (

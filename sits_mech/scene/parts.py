@@ -249,6 +249,11 @@ class Target(Plate):
         return _LEAST_MODULUS if known is None and self.metal.conductivity >= _METALLIC else known
 
     @property
+    def bare(self) -> bool:
+        """Whether nothing is glued on it."""
+        return self.backing_thickness is None
+
+    @property
     def bending_stiffness(self) -> float | None:
         """Of it with its backing, D = int E z^2 dz / (1 - nu^2) about the neutral plane [N m]; None where not known."""
         if (E := self.least_modulus) is None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.bending import bending, seen_shapes
-from sits_mech.chain.models import MECHANICS, magnetic_model, mechanical_model, model_of
+from sits_mech.chain.models import MECHANICS, choose_mechanics, magnetic_model, mechanical_model, model_of
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.chain.simulate import mechanical_omissions, rest_flags, with_omissions
 from sits_mech.magnetics.pose_slopes import lift_slopes
@@ -21,6 +21,12 @@ from sits_mech.scene.sensor import Coil, SceneError, Sensor, Target, load_sensor
 
 POINT, PRESSED = 'touch={shape="sphere", radius="5 mm"}', Wrench(F_z=1.0)
 FOIL, SPOT = 'target.thickness="0.1 mm"', 'touch={shape="pressure", diameter="2 mm"}'
+RUBBER = (
+    'target={material="copper", shape="rectangle", width="20 mm", length="20 mm", thickness="0.2 mm"}',
+    'elastomer={width="20 mm", length="20 mm", thickness="2 mm", material={law="neo-hookean", '
+    'shear_modulus="466.8 kPa", bulk_modulus="466.7 MPa"}}',
+)
+STEEL = ('target.backing_thickness="8 mm"', 'target.backing_modulus="200 GPa"')
 BACKED = ('target.backing_thickness="0.8 mm"', 'target.backing_modulus="22 GPa"')
 
 
@@ -101,6 +107,16 @@ def test_what_takes_half_of_the_tolerance_bends(name: str, keys: list[str], load
     assert np.all(np.abs(moved[:3]) <= off[:3] + 1e-12) and abs(moved[1]) > 0.01 * (2e-3 - left_out.pose.d_v)
 
 
+@pytest.mark.parametrize("down", [1.0, 10.0, 20.0, 30.0])
+@pytest.mark.parametrize(("backing", "bent"), [((), True), (STEEL, False)])
+def test_a_foil_that_bends_by_more_than_it_sinks_bends_under_every_load(
+    down: float, backing: tuple[str, ...], bent: bool
+) -> None:
+    """20 x 20 x 2 mm of rubber, flush under bare copper of 0.2 mm, or with 8 mm of steel glued on it."""
+    sensor = load_sensor("biorob2018", [*RUBBER, *backing])
+    assert choose_mechanics(sensor, "auto", [Wrench(F_z=down)], 1e-2).bent == bent
+
+
 def test_a_bent_target_has_the_symmetry_of_its_load_and_less_of_an_error() -> None:
     sensor, load = load_sensor("biorob2018-w22"), Wrench(F_x=0.1, F_z=0.4)
     layer, choice = mechanical_model(sensor, "block", 1e-2, [load])
@@ -150,8 +166,8 @@ def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
     assert choice.name == "linear" and found.error.d_v - rest.error.d_v == pytest.approx(item.size * sink, rel=1e-9)
     assert rest_flags(sensor, found, 1e-2) == ("above tolerance",) and found.pose == rest.pose
     assert line(item) == (
-        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 1.7 um (about 0.045 of the "
-        "displacement)"
+        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 1.7 um; bare: give "
+        "target.backing_thickness of what it is glued on (about 0.045 of the displacement)"
     )
 
 

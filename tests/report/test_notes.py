@@ -48,7 +48,7 @@ SAID = [
         "free faces pass through one another: this contact is not in the answer, the true pad is stiffer",
     ),
     (
-        Note.of(K.BENT, deflection=1.15e-5),
+        Note.of(K.BENT, deflection=1.15e-5, bare=False),
         "the target bends by up to 12 um, which is solved: the pose is that of a rigid one that the coils read alike",
     ),
     (Note(K.CONTACT_LOST), "contact could not be followed to this load: the estimated error is the whole displacement"),

@@ -75,6 +75,7 @@ def choice_reason(choice: Choice | None) -> str:
         Why.NAMED: "asked for",
         Why.ONLY: "no other model holds the scene",
         Why.WITHIN: f"the cheapest within the tolerance{others}",
+        Why.BENDS: "the cheapest that bends the target, which takes half of the tolerance or more",
         Why.LEAST: "no model is within the tolerance: the one with the least error",
     }[choice.why]
 
