@@ -12,7 +12,8 @@ Electronics (1950), section 4.10, `biorob2018-w15` shows 0.6 of it.) A permeable
 All are those of rigid motions, by least squares over the coils (mechanics/bending.py); what the rigid target's answer
 leaves out of d_v, alpha and alpha_x is the largest of one over the largest of the other, of all loads that are asked.
 The chain makes errors of the inductances of it, as of all that the mechanics leave out. All rigid targets
-leave it out alike. Where it takes half of the tolerance, a model that bends the target is taken: `block`, `axisymmetric`.
+leave it out alike. Where it takes half of the tolerance, a model that bends the target is taken, `block` or
+`axisymmetric`.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ def bending(sensor: Sensor, loads: Sequence[Wrench], least: float = 0.0) -> tupl
         known = (("stiffness", stiffness),)
         return (Omission(OmissionKind.BENDING, math.nan, Relative.DISPLACEMENT, numbers=known),)
     parts, deflection = _changes(sensor, tuple(loads), least)
-    known, bare = sensor.target.metal.youngs_modulus is not None, sensor.target.bare
-    numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", known), ("bare", bare))
+    given, bare = sensor.target.metal.youngs_modulus is not None, sensor.target.bare
+    numbers = (("deflection", deflection), ("stiffness", stiffness), ("known", given), ("bare", bare))
     return (Omission(
         OmissionKind.BENDING, float(parts.max()), Relative.DISPLACEMENT, numbers=numbers, parts=tuple(parts.tolist())
     ),)
