@@ -47,7 +47,7 @@ def cells_tables(found: CellCrosstalk | CellTouch) -> list[Table]:
     for i, name in enumerate(names):
         each = zip(total[i, 0, :, 0], error[i, 0, :, 0], strict=True)
         press.add_row(name, *(with_error(*both) if j != i else "" for j, both in enumerate(each)))
-    strain = _strain(found.finite_strain) + " of each figure" * math.isfinite(found.finite_strain)
+    strain = _strain(found.finite_strain, "each figure")
     lines = [
         *status_lines(found.flags),
         ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
@@ -71,7 +71,7 @@ def _touch_tables(found: CellTouch) -> list[Table]:
     lines = [
         *status_lines(found.flags),
         ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
-        ("finite strain", f"{_strain(found.finite_strain)} of how far targets move; left out of forces read"),
+        ("finite strain", f"{_strain(found.finite_strain, 'how far targets move')}; left out of forces read"),
         ("took", f"{found.seconds:.3g} s"),
     ]
     return [moves, read, key_table("touch", lines)]
@@ -86,9 +86,9 @@ def _touch_figure(found: CellTouch) -> Figure:
         return figure
 
 
-def _strain(share: float) -> str:
+def _strain(share: float, of: str) -> str:
     """Return a share of finite strain in words."""
-    return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} %"
+    return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} % of {of}"
 
 
 def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
