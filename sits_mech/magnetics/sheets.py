@@ -61,7 +61,7 @@ from sits_mech.units import millimetres as mm
 
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: benchmarks/extremes.py
-_RADIATED = 0.04, 0.02  # of the bound that they miss of what plates radiate, in R and L: several times what was seen
+_MISSED = (0.25, 0.25), (0.04, 0.02)  # of a bound, by polynomials, in R and L: 0.33 seen; of what plates radiate
 
 
 @dataclass(frozen=True)
@@ -277,7 +277,7 @@ def _errors(
 
     `forced` is what divisions miss besides that memory forces to be coarse; `among` others plates answer each other.
     """
-    lost = max(plate.unseen for plate in plates) * np.array(_RADIATED if among else (1.0, 1.0)) + forced
+    lost = max(plate.unseen for plate in plates) * np.array(_MISSED[among]) + forced
     R, X = _shared(left.real) + lost[0] * largest(value.real), _shared(left.imag) + lost[1] * largest(value.imag)
     return R + 1j * X, float(lost.max())
 

@@ -103,7 +103,7 @@ def test_the_error_of_a_disc_thirty_skin_depths_thick() -> None:
 def test_stated_errors_are_those_of_finer_answers(
     diameter: float, thickness: float, gap: float, frequency: float
 ) -> None:
-    """Against finite elements about the axis, right to 1e-6: errors of L and R from 0.05 to 1 of those stated.
+    """Against finite elements about the axis, right to 1e-6: errors of L and R from 0.1 to 1 of those stated.
 
     None is larger when ten times less is asked; of the foil they once were 4.3e-5, 3.7e-4 of L, 3.7e-4, 1.8e-3 of R.
     """
@@ -113,7 +113,7 @@ def test_stated_errors_are_those_of_finer_answers(
         z = sheets(scene, asked).impedance(Pose(0.0, gap), frequency)
         off = np.array([z.L - true.L, z.R - true.R]).ravel()
         stated = np.array([z.error_L, z.error_R]).ravel()
-        assert np.all(0.05 * stated < np.abs(off)) and np.all(np.abs(off) < stated)
+        assert np.all(0.1 * stated < np.abs(off)) and np.all(np.abs(off) < stated)
         assert np.all(np.abs(off) < before)
         assert z.report.estimated_error < asked
         before = np.abs(off)

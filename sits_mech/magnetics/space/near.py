@@ -223,9 +223,9 @@ def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, 
 
 def _most_points(plates: Collection[Near], seen: Posed) -> int:
     """Return the most points of plates' plans; refuse coils of straight tracks whose field there takes too long."""
-    points = [(plate.cells.points[0].size // 3, plate.cells.box.clearance) for plate in plates]
-    check_straight(seen.coils, seen.windings, points[0][1], sum(count for count, _ in points))
-    return max(points)[0]
+    points = [plate.cells.points[0].size // 3 for plate in plates]
+    check_straight(seen.coils, seen.windings, next(iter(plates)).cells.box.clearance, sum(points))
+    return max(points)
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:
@@ -258,7 +258,4 @@ def _shown(divisions: Sequence[Near]) -> Near:
     Currents in the middles of cells h apart miss exp(-2 pi g/h) of their field at a distance g, along tracks about a
     tenth of that: at 0.45 6 %, and 0.4 % seen.
     """
-    small = [each for each in divisions if each.cells.size <= each.cells.box.clearance / _CLOSE]
-    if small:
-        return min(small, key=lambda each: each.unknowns)
-    return min(divisions, key=lambda each: (each.cells.size, each.unknowns))
+    return min(divisions, key=lambda each: (max(each.cells.size, each.cells.box.clearance / _CLOSE), each.unknowns))
