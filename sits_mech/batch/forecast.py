@@ -30,7 +30,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.constants import day
-from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 from sits_mech.batch.adaptive import likely
@@ -110,8 +109,8 @@ def forecast(
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
     `beside` returns the seconds that a process takes beside its cases and what the first one imports; `told` gets the
-    counts with what the models' records say before a case is tried, and what all takes that was missing after the first
-    case, and whenever twice as much was tried.
+    counts, these with what the models' records say before a case is tried, and what all takes that was missing after
+    the first case, and whenever twice as much was tried.
     """
     points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
@@ -121,7 +120,10 @@ def forecast(
     order = list(chain.from_iterable(grouped({index: study.shared(points[index]).order for index in missing})))
     shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
     said, kept = 0.0, len(points) - whole.cases
-    told(replace(whole, steps=_recorded(study, points[order[len(order) // 2]]) if order else whole.steps, kept=kept))
+    told(replace(whole, kept=kept))
+    recorded = _recorded(study, points[order[len(order) // 2]]) if order else whole.steps
+    if any(recorded):
+        told(replace(whole, steps=recorded, kept=kept))
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
@@ -285,6 +287,8 @@ class _Trial:
     @property
     def steps(self) -> StepCounts:
         """The processor seconds of each step."""
+        from scipy.optimize import nnls
+
         if not self._rows:
             return StepCounts()
         return StepCounts(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())

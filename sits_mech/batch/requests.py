@@ -14,14 +14,9 @@ from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import BaseModel, create_model
 
-from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
-from sits_mech.analysis.limits import limits_of
 from sits_mech.batch.tables import SWEPT, case_calibration, table_row
-from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.cells import FORCES, cell_crosstalk
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
@@ -37,7 +32,6 @@ from sits_mech.quantities import (
     Pose,
     Wrench,
 )
-from sits_mech.readout.quality import quality
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.scene.thermal import at_temperature
@@ -161,6 +155,8 @@ def _simulate(variant: Variant, asked: Row) -> Row:
 
 def _cells(variant: Variant, asked: Row) -> Row:
     """Return what two cells, or four with `pitch_y` too, read of each other at most as a row."""
+    from sits_mech.chain.cells import FORCES, cell_crosstalk
+
     x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
     places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
     targets = [{"name": name, "centre": place} for name, place in zip("ABCD", places, strict=False)]
@@ -175,6 +171,8 @@ def _cells(variant: Variant, asked: Row) -> Row:
 
 def _calibrate(variant: Variant, asked: Row) -> Row:
     """Return a calibration over a grid of loads as a row; a load that failed is NaN and says why."""
+    from sits_mech.chain.calibrate import calibrate  # tables, here as below: to plan a study needs none
+
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
     return table_row(calibrate(variant.sensor, **loads, **asked))
@@ -198,6 +196,12 @@ def with_quality(row: Row) -> Row:
     Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
     its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
+    import xarray as xr
+
+    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+    from sits_mech.analysis.limits import limits_of
+    from sits_mech.readout.quality import quality
+
     sensor, data = case_calibration(xr.Dataset(row))
     _check_converter(sensor)
     noise = sensor_front_end(sensor, data)[0].noise

@@ -13,9 +13,7 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.batch.adaptive import adaptively
@@ -32,6 +30,9 @@ from sits_mech.status import ANSWERED
 from sits_mech.store import DAMAGED, Row, case_name, no_table, opened, save_table
 from sits_mech.units import shown, si_label, si_unit
 from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TABLE = "result.nc"
 
@@ -140,6 +141,8 @@ def open_sweep(folder: str | Path) -> xr.Dataset:
     ...         dict(data.sizes), data["d_v"].units
     ({'fz': 2}, 'm')
     """
+    import xarray as xr
+
     try:
         found = xr.open_dataset(Path(folder) / TABLE, engine="netcdf4")
     except DAMAGED as error:

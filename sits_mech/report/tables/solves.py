@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.spectrum import Terminals
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, report_of, shown_unit
 from sits_mech.readout.loads import load_words
@@ -20,6 +19,8 @@ from sits_mech.report.notes import sentences
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sits_mech.analysis.spectrum import Terminals
 
 _NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
 _LEAST = 5e-13  # what twelve decimals do not show
