@@ -135,7 +135,8 @@ def forecast(
                 if trial.spent > 2.0 * said:
                     said = trial.spent
                     told(replace(whole, steps=trial.steps, kept=kept, tried=(len(rows), said)))
-    left = whole if cases is None else _counted(_to_come(shared, rows), chunk)
+    done = {index for index, row in rows.items() if row["lasting"]}  # another try may better the others
+    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in done], chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + beside()), kept=len(points) - left.cases,
@@ -199,12 +200,6 @@ def _height(study: Study, point: Row) -> float:
     forces = {name: si_value(given.get(key, 0.0), units[key]) for key, name in LOAD_ARGUMENTS.items() if key in units}
     sink, *_ = strains_of(*plain, Wrench(**forces))
     return plain[1].standoff + plain[1].thickness / (1.0 + sink)
-
-
-def _to_come(shared: Mapping[int, Shared], rows: Mapping[int, Row]) -> list[Shared]:
-    """Return what the points share that have no row, or one that another try may better."""
-    done = {index for index, row in rows.items() if row["lasting"]}
-    return [own for index, own in shared.items() if index not in done]
 
 
 def note(plan: Forecast, cases: Cases) -> None:

@@ -19,7 +19,7 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
-from sits_mech.batch.tables import SWEPT, case_calibration, table_row
+from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.cases import Progress, attempt, grid_points, sweep, untold
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
@@ -102,7 +102,7 @@ def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], num
             name = case_name(key(own), {})
             if name not in known and needed(own) == had(own):
                 row = point(data, number)
-                found = attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {})
+                found = attempt(lambda row=row: with_quality(*case_calibration(row)), {})
                 cases.put([(name, found)] if found["status"] in ANSWERED else [])
 
 

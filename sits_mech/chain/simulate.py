@@ -202,15 +202,10 @@ def rest_flags(
     )
 
 
-def with_omissions(
-    sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, held: bool = False
-) -> list[Equilibrium]:
-    """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share.
-
-    Where they are `held` by the errors already, as those of an adapted table are, they are listed alone.
-    """
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, held: bool = False) -> list[Equilibrium]:
+    """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
     left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests]) if rests else ()
-    left_out = tuple(replace(item, held=item.held or held) for item in left_out)
+    left_out = tuple(replace(item, held=item.held or held) for item in left_out)  # by errors of an adapted table
     of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
     return [_with(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sits_mech.quantities import TOUCH, UNITS, WRENCH, Wrench, load_at, shown_unit
+from sits_mech.quantities import TOUCH, WRENCH, Wrench, load_at, shown_unit
 from sits_mech.status import ANSWERED
-from sits_mech.units import millimetres
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,19 +98,6 @@ def at_middle(data: xr.Dataset, keep: Sequence[str]) -> tuple[xr.Dataset, str]:
     """Return a table over `keep` alone at the middle of its other components, and in words what those are."""
     found = data.isel(middle(data, keep))
     return found, load_words(fixed(found))
-
-
-def point_name(row: xr.Dataset) -> str:
-    """Return where a point of a table is: ``F_x = 0.5 N, elastomer.thickness = 2 mm``."""
-
-    def words(name: str, value: Any) -> str:
-        """Return a value with its unit, lengths in millimetres."""
-        unit = row[name].attrs.get("units", shown_unit(name) if name in UNITS else "")
-        if not isinstance(value, float):
-            return f"{value} {unit}".rstrip()
-        return millimetres(value, 4) if unit == "m" else f"{value:.4g} {unit}".rstrip()
-
-    return ", ".join(f"{name} = {words(str(name), row[name].item())}" for name in row["status"].coords)
 
 
 def load_words(components: Mapping[str, float]) -> str:

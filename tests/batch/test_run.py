@@ -372,7 +372,7 @@ def test_failures_are_not_kept_for_a_stage(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", lambda sensor, **words: as_calibrated(sensor))
     data = run_study(first, tmp_path / "out")
     data["attributes"][1] = ""
-    monkeypatch.setattr(batch_run, "with_quality", lambda row: row)
+    monkeypatch.setattr(batch_run, "with_quality", lambda sensor, data: table_row(data))
     stage = following(first.then[0].study, first, [0, 1])
     keep_known(stage, tmp_path / "then", (first, data), [0, 1])
     with store.opened(tmp_path / "then") as cases:

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.quantities import Wrench
-from sits_mech.readout.loads import at_middle, ends_of, fixed, point_name, points, several, varied, wrench_of
+from sits_mech.readout.loads import at_middle, ends_of, fixed, points, several, varied, wrench_of
 
 
 def made(**loads: object) -> xr.Dataset:
@@ -35,11 +35,3 @@ def test_the_middle_of_the_others() -> None:
     data, words = at_middle(made(F_x=[-1.0, 0.0, 1.0], F_z=[0.0, 2.0], M=[-1.0, 0.5, 1.0]), ["F_x", "F_z"])
     assert data["L_v"].dims == ("F_x", "F_z") and words == "M = 0.5 N m"
     np.testing.assert_array_equal(data["L_v"], [[1.0, 4.0], [7.0, 10.0], [13.0, 16.0]])
-
-
-def test_a_point_is_named_with_lengths_as_they_are_written() -> None:
-    """In millimetres; other numbers in their SI unit, words as they are."""
-    where = {"dv": 2e-4, "alpha": 0.1745, "elastomer.material": "rtv615", "F_z": 2.0}
-    row = xr.Dataset({"status": ((), "failed")}, where)
-    row["dv"].attrs["units"], row["alpha"].attrs["units"] = "m", "rad"
-    assert point_name(row) == "dv = 0.2 mm, alpha = 0.1745 rad, elastomer.material = rtv615, F_z = 2 N"

@@ -7,9 +7,8 @@ covariance Sigma = B B^T, a root whose columns fall in what they do to the induc
     m_j = 2 dp'/dtheta b_j,    n_j = 2 dL/dtheta b_j,
 
 are the parts of the errors of poses and inductances that the whole table shares, two deviations each, in place of those
-of before: the magnetic model's, by whose factors the inductances are moved, and what the mechanics leave out. Of a
-pose's other errors `OWN` is left. In the errors that are shown their sizes are added up, as of all parts of errors; of
-a force that is read they are squared (readout/budget.py): it is as wide as the posterior has it.
+of before, the magnetic model's, by whose factors the inductances are moved, and the mechanics' omissions as well. Of a
+pose's other errors `OWN` is left. Errors that are shown add their sizes up, that of a force the squares (budget.py).
 What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
 film) is in the table alone.
 """

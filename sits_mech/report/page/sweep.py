@@ -22,11 +22,12 @@ from sits_mech.batch.studies.written import SCENE
 from sits_mech.batch.tables import SWEPT
 from sits_mech.labels import unit_of
 from sits_mech.quantities import Array
-from sits_mech.readout.loads import each_of, point, point_name
+from sits_mech.readout.loads import each_of, point
 from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, tiles_of
 from sits_mech.report.tables.cases import case_remarks, case_table
+from sits_mech.report.tables.solves import point_name
 from sits_mech.scene.files import write_text
 from sits_mech.status import ANSWERED, UNFINISHED, counted
 from sits_mech.store import read_table

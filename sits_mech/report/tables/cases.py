@@ -11,10 +11,10 @@ from sits_mech.batch.tables import SWEPT
 from sits_mech.chain.cells import FORCES
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
-from sits_mech.readout.loads import each_of, point, point_name, points
+from sits_mech.readout.loads import each_of, point, points
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.left_out import kept_lines
-from sits_mech.report.tables.solves import column_table
+from sits_mech.report.tables.solves import column_table, point_name
 from sits_mech.status import ANSWERED, failure_kind
 
 if TYPE_CHECKING:

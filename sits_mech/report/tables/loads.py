@@ -22,11 +22,11 @@ from sits_mech.readout.crosstalk import (
     slope,
     slope_doubt,
 )
-from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, point_name, points, varied
+from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, points, varied
 from sits_mech.readout.signals import SIGNALS, shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
-from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, figure_text, point_name, shown_scale, sizes_of, with_error
 from sits_mech.status import WORDS
 
 KINDS = {
