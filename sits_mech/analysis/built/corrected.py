@@ -8,7 +8,7 @@ covariance Sigma = B B^T, a root whose columns fall in what they do to the induc
 
 are the parts of the errors of poses and inductances that the whole table shares, two deviations each, in place of those
 of before, the magnetic model's, by whose factors the inductances are moved, and the mechanics' omissions as well. Of a
-pose's other errors `OWN` is left. Errors that are shown add their sizes up, that of a force the squares (budget.py).
+pose's other errors `OWN` is left. Errors that are shown add their sizes up, that of a force the squares (`budget`).
 What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
 film) is in the table alone.
 """
