@@ -174,7 +174,7 @@ def _measured(file: _Written, asked: _Asked, unseen: bool) -> Measured:
     used = POSE if moved else (*forces, *_others(file, forces), "depth")
     rows, least = _rows(file, (*coils, *used), tuple(forces) * unseen), 1 if moved or unseen else 4
     if len(rows) < least:
-        raise SceneError(f"{source}: must hold at least {least} rows of numbers; got {len(rows)}")
+        raise SceneError(f"{source}: must hold at least {least} row{'s' * (least > 1)} of numbers; got {len(rows)}")
     sheet = Sheet(source, file.columns, rows)
     _check_coils(sheet, asked.coils)
     L = _inductances(sheet, coils, asked.tank)

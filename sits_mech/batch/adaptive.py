@@ -13,10 +13,9 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.batch.studies.asked import Study
@@ -28,6 +27,9 @@ from sits_mech.quantities import Array
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_label
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def adaptively(study: Study) -> Choose | None:

@@ -30,7 +30,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.constants import day
-from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
 from sits_mech.batch.adaptive import likely
@@ -110,8 +109,8 @@ def forecast(
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
     `beside` returns the seconds that a process takes beside its cases and what the first one imports; `told` gets the
-    counts with what the models' records say before a case is tried, and what all takes that was missing after the first
-    case, and whenever twice as much was tried.
+    counts, these with what the models' records say before a case is tried, and what all takes that was missing after
+    the first case, and whenever twice as much was tried.
     """
     points, chunk = likely(study), study.request.chunk
     missing = _missing(study, points, cases)
@@ -121,7 +120,10 @@ def forecast(
     order = list(chain.from_iterable(grouped({index: study.shared(points[index]).order for index in missing})))
     shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
     said, kept = 0.0, len(points) - whole.cases
-    told(replace(whole, steps=_recorded(study, points[order[len(order) // 2]]) if order else whole.steps, kept=kept))
+    told(replace(whole, kept=kept))
+    recorded = _recorded(study, points[order[len(order) // 2]]) if order else whole.steps
+    if any(recorded):
+        told(replace(whole, steps=recorded, kept=kept))
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
@@ -133,7 +135,8 @@ def forecast(
                 if trial.spent > 2.0 * said:
                     said = trial.spent
                     told(replace(whole, steps=trial.steps, kept=kept, tried=(len(rows), said)))
-    left = whole if cases is None else _counted(_to_come(shared, rows), chunk)
+    done = {index for index, row in rows.items() if row["lasting"]}  # another try may better the others
+    left = whole if cases is None else _counted([own for index, own in shared.items() if index not in done], chunk)
     steps = trial.steps
     return replace(
         left, steps=steps._replace(process=steps.process + beside()), kept=len(points) - left.cases,
@@ -197,12 +200,6 @@ def _height(study: Study, point: Row) -> float:
     forces = {name: si_value(given.get(key, 0.0), units[key]) for key, name in LOAD_ARGUMENTS.items() if key in units}
     sink, *_ = strains_of(*plain, Wrench(**forces))
     return plain[1].standoff + plain[1].thickness / (1.0 + sink)
-
-
-def _to_come(shared: Mapping[int, Shared], rows: Mapping[int, Row]) -> list[Shared]:
-    """Return what the points share that have no row, or one that another try may better."""
-    done = {index for index, row in rows.items() if row["lasting"]}
-    return [own for index, own in shared.items() if index not in done]
 
 
 def note(plan: Forecast, cases: Cases) -> None:
@@ -285,6 +282,8 @@ class _Trial:
     @property
     def steps(self) -> StepCounts:
         """The processor seconds of each step."""
+        from scipy.optimize import nnls
+
         if not self._rows:
             return StepCounts()
         return StepCounts(*nnls(np.array(self._rows), np.array(self._seconds))[0].tolist())

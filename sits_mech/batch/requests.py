@@ -11,17 +11,12 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import BaseModel, create_model
 
-from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
-from sits_mech.analysis.limits import limits_of
-from sits_mech.batch.tables import SWEPT, case_calibration, table_row
-from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.cells import FORCES, cell_crosstalk
+from sits_mech.batch.tables import SWEPT, table_row
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
@@ -37,13 +32,15 @@ from sits_mech.quantities import (
     Pose,
     Wrench,
 )
-from sits_mech.readout.quality import quality
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.sensor import Sensor, changed, sensor_from
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_range
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _LOAD = {argument: UNITS[name] for argument, name in LOAD_ARGUMENTS.items()}
 _PITCH = {"pitch_x": "m", "pitch_y": "m"}
@@ -161,6 +158,8 @@ def _simulate(variant: Variant, asked: Row) -> Row:
 
 def _cells(variant: Variant, asked: Row) -> Row:
     """Return what two cells, or four with `pitch_y` too, read of each other at most as a row."""
+    from sits_mech.chain.cells import FORCES, cell_crosstalk
+
     x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
     places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
     targets = [{"name": name, "centre": place} for name, place in zip("ABCD", places, strict=False)]
@@ -173,17 +172,24 @@ def _cells(variant: Variant, asked: Row) -> Row:
     return row | marked(found.flags)
 
 
-def _calibrate(variant: Variant, asked: Row) -> Row:
-    """Return a calibration over a grid of loads as a row; a load that failed is NaN and says why."""
+def _calibrated(variant: Variant, asked: Row) -> xr.Dataset:
+    """Return a calibration over a grid of loads; a load that failed is NaN and says why."""
+    from sits_mech.chain.calibrate import calibrate  # tables, here as below: to plan a study needs none
+
     given = {name: asked.pop(argument) for argument, name in LOAD_ARGUMENTS.items() if argument in asked}
     loads = {name: values for name, values in given.items() if values != 0.0}
-    return table_row(calibrate(variant.sensor, **loads, **asked))
+    return calibrate(variant.sensor, **loads, **asked)
+
+
+def _calibrate(variant: Variant, asked: Row) -> Row:
+    """Return a calibration as a row."""
+    return table_row(_calibrated(variant, asked))
 
 
 def _quality(variant: Variant, asked: Row) -> Row:
     """Return a sensor's quality over a grid of loads as a row."""
     _check_converter(variant.sensor)
-    return with_quality(_calibrate(variant, asked))
+    return with_quality(variant.sensor, _calibrated(variant, asked))
 
 
 def _check_converter(sensor: Sensor) -> None:
@@ -192,19 +198,22 @@ def _check_converter(sensor: Sensor) -> None:
         raise SceneError('readout.converter must be given for quality, by whose noise forces are resolved; got "none"')
 
 
-def with_quality(row: Row) -> Row:
-    """Return the row of a calibration with its figures of quality at the worst load of each force.
+def with_quality(sensor: Sensor, data: xr.Dataset) -> Row:
+    """Return the row of a sensor's calibration with its figures of quality at the worst load of each force.
 
     Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
     its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
-    sensor, data = case_calibration(xr.Dataset(row))
+    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+    from sits_mech.analysis.limits import limits_of
+    from sits_mech.readout.quality import quality
+
     _check_converter(sensor)
     noise = sensor_front_end(sensor, data)[0].noise
     found, force = quality(sensor_calibration(sensor, data), noise, table=coil_table(sensor, data)), ("force",)
     own, each = np.eye(len(found.forces), dtype=bool), (found.crosstalk, found.crosstalk_after)
     before, after = (np.abs(np.where(own, 0.0, shares)).max(axis=1) for shares in each)
-    row = row | {
+    row = table_row(data) | {
         "forces": (force, np.array(found.forces, dtype=object)),
         "resolution": (force, found.resolution[:, 2]),
         "error_by_model": (force, found.by_model[:, 2]),

@@ -13,15 +13,13 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
-from sits_mech.batch.tables import SWEPT, case_calibration, table_row
+from sits_mech.batch.tables import SWEPT, case_calibration
 from sits_mech.cases import Progress, attempt, grid_points, sweep, untold
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
@@ -32,6 +30,9 @@ from sits_mech.status import ANSWERED
 from sits_mech.store import DAMAGED, Row, case_name, no_table, opened, save_table
 from sits_mech.units import shown, si_label, si_unit
 from sits_mech.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TABLE = "result.nc"
 
@@ -101,7 +102,7 @@ def keep_known(study: Study, folder: Path, before: tuple[Study, xr.Dataset], num
             name = case_name(key(own), {})
             if name not in known and needed(own) == had(own):
                 row = point(data, number)
-                found = attempt(lambda row=row: with_quality(table_row(case_calibration(row)[1])), {})
+                found = attempt(lambda row=row: with_quality(*case_calibration(row)), {})
                 cases.put([(name, found)] if found["status"] in ANSWERED else [])
 
 
@@ -140,6 +141,8 @@ def open_sweep(folder: str | Path) -> xr.Dataset:
     ...         dict(data.sizes), data["d_v"].units
     ({'fz': 2}, 'm')
     """
+    import xarray as xr
+
     try:
         found = xr.open_dataset(Path(folder) / TABLE, engine="netcdf4")
     except DAMAGED as error:

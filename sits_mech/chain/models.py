@@ -318,7 +318,8 @@ def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> 
     """Return the model of a choice for the solved part of a scene; its errors hold what counts of its omissions."""
     description = MAGNETICS[choice.name]
     model: MagneticModel = description(solved, tolerance)
-    if description.per_metre and not choice.by_name and _has_henry(solved):
+    flat = solved.substrate_radius is None and (solved.target is None or solved.target.net_current == "zero")
+    if description.per_metre and not choice.by_name and flat:  # coils over isolated plates have henry
         model = replace(model, absolute=True)  # type: ignore[type-var]
     if description.even:
         model = Tracked(model, solved)
@@ -328,8 +329,3 @@ def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> 
 
         model = Whole(model, solved, description)
     return AmongFar(model, sensor, solved, description.per_metre, negligible(tolerance)) if far else model
-
-
-def _has_henry(sensor: Sensor) -> bool:
-    """Return whether coils have inductances in henry: flat ones over isolated plates."""
-    return sensor.substrate_radius is None and (sensor.target is None or sensor.target.net_current == "zero")

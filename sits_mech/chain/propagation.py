@@ -50,9 +50,9 @@ class PoseReadings:
 
 
 class Direct(NamedTuple):
-    """What readings of a sensor have shown of each coil's own inductance besides the poses [unit]."""
+    """What readings of a sensor have shown of each coil's own inductance [unit]."""
 
-    parts: Array  # (m, p, n), of the errors, with the shared parts of the poses
+    parts: Array  # (m, p, n), what it is off by with the shared parts of the poses, these included
     moved: Array  # (p, n), what the model is off by
 
 
@@ -115,8 +115,9 @@ def read_poses(
 ) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
-    `direct` is in place of what the model's errors share, its parts those of the first shared ones of the poses. Where
-    `untilted` is not asked for it is what is read, without another call.
+    `direct` is in place of what the model's errors share, its parts those of the first shared ones of the poses: known
+    as a whole, as what poses and leads do may cancel to less than slopes are known to. Where `untilted` is not asked
+    for it is what is read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
@@ -133,7 +134,7 @@ def read_poses(
     parts, n = diagonals(whole_L), len(L0)
     own = np.zeros((len(poses.shared), len(L.value), n))
     if direct is not None:
-        own[: len(direct.parts)] = direct.parts
+        own[: len(direct.parts)] = direct.parts - unsure.shared(parts)[: len(direct.parts)]
     each, turns = combine(parts, weights), np.isin(unsure.components, _ROTATION)
     error_L = found.error_L + unsure.total(whole_L, own[..., None] * np.eye(n))
     error_R = found.error_R + unsure.total(whole_R)

@@ -202,10 +202,11 @@ def rest_flags(
     )
 
 
-def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str) -> list[Equilibrium]:
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, held: bool = False) -> list[Equilibrium]:
     """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
     left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests], bent=all(bent)) if rests else ()
+    left_out = tuple(replace(item, held=item.held or held) for item in left_out)  # by errors of an adapted table
     of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     return [_with(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]
 

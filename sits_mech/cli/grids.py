@@ -249,8 +249,6 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     """Print what is left of a study, and what it takes; cases that are tried are kept where there is a folder."""
     from tempfile import TemporaryDirectory
 
-    import xarray as xr
-
     from sits_mech.batch.executors import cluster_size
     from sits_mech.batch.forecast import forecast, note
     from sits_mech.batch.run import claim
@@ -264,6 +262,8 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
 
     def beside() -> float:
         """Return the seconds before the first case, and of what a run imports at its end."""
+        import xarray as xr
+
         here = process_time()
         with TemporaryDirectory() as folder:
             save_table(xr.Dataset({"status": ("case", ["ok"])}), Path(folder) / "result.nc")

@@ -32,7 +32,8 @@ def kept_help(words: Sequence[str]) -> str | None:
     try:
         with open(os.path.join(where, _name(words)), encoding="utf-8") as file:
             head, *modules = file.readline().rstrip("\n").split("\0")
-            same = head == _head(words) and all(_time(path) == time for path, _, time in map(_parted, modules))
+            parted = (module.rpartition("|") for module in modules)  # path and time
+            same = head == _head(words) and all(_time(path) == time for path, _, time in parted)
             return file.read() if same else None
     except (OSError, ValueError):
         return None
@@ -71,11 +72,6 @@ def _head(words: Sequence[str]) -> str:
     size = tuple(os.get_terminal_size(1)) if os.isatty(1) else ()
     shown = [os.environ.get(name) for name in _SHOWN]
     return repr((__version__, sys.version, list(words), size, shown, [_time(path) for path in sys.path]))
-
-
-def _parted(module: str) -> tuple[str, str, str]:
-    """Return path and time of a module."""
-    return module.rpartition("|")
 
 
 def _time(path: str) -> str:

@@ -113,15 +113,11 @@ def _spiral(coil: Coil, angle: float, inwards: bool) -> Array:
     if not coil.is_round:
         if not inwards:
             return spiral_turns(coil, angle)
-        return spiral_turns(_mirrored(coil), -angle)[::-1] * (1.0, -1.0)
+        image = coil.model_copy(update={"alpha_z": -coil.alpha_z})  # in the x axis
+        return spiral_turns(image, -angle)[::-1] * (1.0, -1.0)
     theta = np.linspace(0.0, 2.0 * np.pi * coil.turns, 2 * _ARCS * coil.turns + 1)
     start, stop = _reach(coil)[::-1] if inwards else _reach(coil)
     return _polar(start + (stop - start) * theta / theta[-1], angle + theta)
-
-
-def _mirrored(coil: Coil) -> Coil:
-    """Return a coil's image in the x axis."""
-    return coil.model_copy(update={"alpha_z": -coil.alpha_z})
 
 
 def _reach(coil: Coil) -> tuple[float, float]:

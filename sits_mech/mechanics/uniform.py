@@ -28,7 +28,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import root
 
 from sits_mech.mechanics.closed_form import edges_share, is_film, plain_pad
 from sits_mech.quantities import Array, Wrench
@@ -92,6 +91,8 @@ def bonded_area(target: Target, elastomer: Elastomer) -> float | None:
 
 def uniform_strain(silicone: Silicone, stress: Array) -> Array | None:
     """Return g and l - 1 under the stresses P_xz and P_zz, shape (2,) [Pa]; None where the silicone holds less."""
+    from scipy.optimize import root
+
     mu, K = silicone.shear_modulus, silicone.bulk_modulus / silicone.shear_modulus
     energy, own = isochoric_energy(silicone), [1, 3]
 

@@ -12,7 +12,8 @@ that the seam between them bends. Errors of the forces are told of all readings 
 
 Then the story of a bench as its users go through it, on small tables of three sensors: all that may be unknown is drawn
 as the prior says, within two deviations, the planned loads are read by a meter, the calibration is adapted, and loads
-that were held out are read from the table that `adapt -o` writes, each within the one error that `invert` prints.
+that were held out are read from the table that `adapt -o` writes, each within the one error that `invert` prints. The
+loads on the bench are misread as `adapt` takes them to be.
 
 Run ``python -m benchmarks.adapted_twins [--coarse] --output DIR``.
 """
@@ -32,7 +33,7 @@ from sits_mech.analysis.bench import terminal_calibration
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
-from sits_mech.analysis.built.prior import Prior, prior_of
+from sits_mech.analysis.built.prior import Prior, load_noise_of, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.disk_cache import nothing_kept
@@ -140,7 +141,8 @@ def told_again(prior: Prior, plan: LoadPlan, truth: Prior, seed: int) -> dict[st
     unit = as_known(prior, rng)
     built = np.array([unit.get(each.name, 0.0) for each in truth.known])  # whose own errors are left out
     held = rng.uniform(plan.read.min(axis=0), plan.read.max(axis=0), (HELD_OUT, len(prior.forces)))
-    L, shown = truth.bench(plan.loads).model(built[None])[0], truth.bench(held).model(truth.used(built)[None])[0]
+    loaded = plan.loads + load_noise_of(prior.table, None) * rng.standard_normal(plan.loads.shape)
+    L, shown = truth.bench(loaded).model(built[None])[0], truth.bench(held).model(truth.used(built)[None])[0]
     try:
         found = adapt(prior, Measured(plan.loads, L + METER * rng.standard_normal(L.shape), "twin"))
     except ValueError as refused:

@@ -188,7 +188,7 @@ def test_units_are_told_apart_by_their_column(tmp_path: Path) -> None:
     assert np.isnan(found["B"].forces[0, 1]) and found["B"].source.endswith(": B")
     with pytest.raises(ValueError, match="must have columns unit and F_x; got f_x, f_z, l1, l2"):
         read_units(written(tmp_path, "F_x, F_z, L1, L2\n1, 2, 3, 4\n"), NAMES, COILS)
-    with pytest.raises(ValueError, match=": A: must hold at least 1 rows of numbers; got 0"):
+    with pytest.raises(ValueError, match=": A: must hold at least 1 row of numbers; got 0"):
         read_units(written(tmp_path, "F_x, unit, F_z, L1, L2\n1, A, 2, x, 4\n"), NAMES, COILS)
     with pytest.raises(ValueError, match="a row with the name of its unit"):
         read_units(written(tmp_path, "F_x, unit, F_z, L1, L2\n"), NAMES, COILS)

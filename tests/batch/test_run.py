@@ -14,7 +14,6 @@ import xarray as xr
 
 from sits_mech import store
 from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
-from sits_mech.batch import requests
 from sits_mech.batch import run as batch_run
 from sits_mech.batch.funnel import following
 from sits_mech.batch.run import claim, keep_known, open_sweep, run_study
@@ -95,7 +94,7 @@ def test_a_case_may_be_a_grid_of_any_components(tmp_path: Path, monkeypatch: pyt
         status = np.full((2, 3), "ok", dtype=object)
         return found.assign(status=(("F_z", "F_y"), status), flags=(("F_z", "F_y"), status))
 
-    monkeypatch.setattr(requests, "calibrate", calibrated)
+    monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", calibrated)
     text = 'scene = "biorob2018"\nrequest = "calibrate"\n[vary]\n"elastomer.thickness" = ["2 mm", "3 mm"]\n'
     text += '[fixed]\nfx = "0 N"\nfz = "0 N:1 N:2"\nfy = "-1 N:1 N:3"\nmz = "1 N*mm"\n'
     data = run_study(read_study(written(tmp_path, text)), tmp_path / "out")
@@ -370,10 +369,10 @@ def test_failures_are_not_kept_for_a_stage(tmp_path: Path, monkeypatch: pytest.M
     text = 'scene = "biorob2018"\nrequest = "calibrate"\nvary."elastomer.thickness" = ["2 mm", "3 mm"]\n'
     text += '[fixed]\nfx = "0 N:1 N:2"\nfz = "0 N:1 N:2"\n[[then]]\nleast = "failed_loads"\nrequest = "quality"\n'
     first = read_study(written(tmp_path, text))
-    monkeypatch.setattr(requests, "calibrate", lambda sensor, **words: as_calibrated(sensor))
+    monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", lambda sensor, **words: as_calibrated(sensor))
     data = run_study(first, tmp_path / "out")
     data["attributes"][1] = ""
-    monkeypatch.setattr(batch_run, "with_quality", lambda row: row)
+    monkeypatch.setattr(batch_run, "with_quality", lambda sensor, data: table_row(data))
     stage = following(first.then[0].study, first, [0, 1])
     keep_known(stage, tmp_path / "then", (first, data), [0, 1])
     with store.opened(tmp_path / "then") as cases:

@@ -592,10 +592,12 @@ except SystemExit as ended: assert not ended.code
     ("from sits_mech.cli.main import run; import os, sys; sys.stdout = sys.stderr = open(os.devnull, 'w')\n"
      "assert run('pose biorob2018 --fz 0.1N --mechanics linear --accept'.split()) == 0; sys.stderr = sys.__stderr__",
      {"xarray", "pandas"}),
+    ("import sits_mech.batch.forecast, sits_mech.batch.studies.study, sits_mech.report.tables.cases",
+     {"xarray", "pandas", "scipy.optimize", "scipy.interpolate"}),
 ])
 def test_what_costs_nothing(words: str, heavy: set[str], tmp_path: Path) -> None:
     """Neither import nor help loads the heavy half, a drawing none of what solves, a table nothing of others' use,
-    a pose no tables."""
+    a pose and what plans a study no tables."""
     program = words.format(str(tmp_path / "table")) if words is _TABLE else words
     code = f"{program}\nimport sys\nassert not {heavy} & set(sys.modules), {heavy} & set(sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)

@@ -4,11 +4,11 @@ A load f of the table is s f of the built sensor, s its modulus: the same rest, 
 goes to p' (`loaded`, `setup`), and is read anew by the magnetic model of the corrected scene. With the posterior's
 covariance Sigma = B B^T, a root whose columns fall in what they do to the inductances,
 
-    m_j = 2 dp'/dtheta b_j,    n_j = 2 (dL/dtheta - dL/dp' dp'/dtheta) b_j,
+    m_j = 2 dp'/dtheta b_j,    n_j = 2 dL/dtheta b_j,
 
-are the parts of the errors of poses and inductances that the whole table shares, in place of those of before, the
-magnetic model's as well, by whose factors the inductances are moved: two deviations each. Of a pose's other errors
-`OWN` is left. Their sizes are added up, as all parts of errors are: where several are alike the error is the larger.
+are the parts of the errors of poses and inductances that the whole table shares, two deviations each, in place of those
+of before, the magnetic model's, by whose factors the inductances are moved, and the mechanics' omissions as well. Of a
+pose's other errors `OWN` is left. Errors that are shown add their sizes up, that of a force the squares (`budget`).
 What a scene has no key for (where the target sits on its layer, and how it is turned; a gap below that of the scene's
 film) is in the table alone.
 """
@@ -58,10 +58,11 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     bench = prior.bench(s * forces)
     (places, moved, by_pose, direct), _ = bench.parts(at)
     used = np.flatnonzero(prior.in_use)
-    basis = _basis((by_pose + direct)[..., used], found.covariance[np.ix_(used, used)])
+    whole = (by_pose + direct)[..., used]
+    basis = _basis(whole, found.covariance[np.ix_(used, used)])
     moved = np.einsum("vmk,vj->jmk", moved[used], basis)
     scale = henries(sensor, data.attrs["unit_L"], data["L0"].to_numpy())
-    direct = np.moveaxis(direct[..., used] @ basis, -1, 0) / scale
+    parts = np.moveaxis(whole @ basis, -1, 0) / scale
     settled, turn = {}, 0
     for row, fine in zip(rows, good, strict=True):
         load = wrench_of(row)
@@ -77,7 +78,7 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
     field, _ = loaded_model(sensor, request["magnetics"], asked, list(settled))
     axes = {name: (s * data[name].to_numpy()).tolist() for name in varied(data)}
     held = {name: s * value for name, value in fixed(data).items()}
-    known = Direct(direct, bench.by_factors(at) / scale)
+    known = Direct(parts, bench.by_factors(at) / scale)
     table = tabulated(sensor, AimedLoads(settled, field, asked), request, (axes, held), direct=known)
     return sensor, table.assign_attrs(notes=_notes(found))
 

@@ -80,7 +80,7 @@ class Bench:
         """Return loads that this bench has of those to be read (m, d), and what it has that is too much."""
         forces = np.array([UNITS[name] == "N" for name in prior.forces])
         if self.step is not None:
-            whole = np.where(forces, self.step * np.trunc(read / self.step + np.sign(read) * SLACK), read)
+            whole = np.where(forces, self.step * np.trunc(read / self.step + np.sign(read) * SLACK), read) + 0.0
             inside = np.all((whole >= read.min(axis=0)) & (whole <= read.max(axis=0)), axis=1)
             return np.unique(whole[inside], axis=0), ()
         if not self.weights:

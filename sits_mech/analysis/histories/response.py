@@ -84,7 +84,8 @@ def in_time(
     motion, found, goal, every, _ = answer
     time, interpolated, stretch, wrench = map(every.pop, ("time", "interpolated", "stretch", "wrench"))
     poses = _bounded(sensor, left_out, every.pop("pose"), every.pop("error_pose"), history.held)
-    off = every.pop("error_wrench") + np.abs(wrench) * _of_forces(sensor, left_out)
+    s = np.abs(omitted_parts(sensor, left_out, unloaded_pose(sensor).components + 1.0))  # they are 1 + s as large
+    off = every.pop("error_wrench") + np.abs(wrench) * (s / (1.0 + s)).sum(axis=0)
     columns: dict[str, Any] = {"given": ("time", every.pop("given"))}
     columns |= {name: ("time", part) for name, part in zip(WRENCH, wrench.T, strict=True)}
     columns |= {f"error_{WRENCH[k]}": ("time", off[:, k]) for k in np.flatnonzero(history.held)}
@@ -152,12 +153,6 @@ def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: A
     """Return poses (p, 6) with errors that hold what the mechanics leave out, of places that are not held."""
     parts = np.where(held, 0.0, omitted_parts(sensor, left_out, pose))
     return Bounded.of(pose, error + np.abs(parts).sum(axis=0), parts)
-
-
-def _of_forces(sensor: Sensor, left_out: Sequence[Omission]) -> Array:
-    """Return what the mechanics leave out of forces under which places are held, (6,): displacements 1 + s as large."""
-    s = np.abs(omitted_parts(sensor, left_out, unloaded_pose(sensor).components + 1.0))
-    return np.asarray((s / (1.0 + s)).sum(axis=0))
 
 
 def _share(sensor: Sensor, goal: Goal | None, values: Mapping[str, Array], off: Mapping[str, Array]) -> Array:

@@ -27,7 +27,7 @@ from sits_mech.report.page.explorer import page_file, script_of
 from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import html_table, tiles_of
 from sits_mech.report.tables.cases import case_remarks, case_table
-from sits_mech.report.tables.loads import point_name
+from sits_mech.report.tables.solves import point_name
 from sits_mech.scene.files import write_text
 from sits_mech.status import ANSWERED, UNFINISHED, counted
 from sits_mech.store import read_table

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from rich.table import Table
 
 from sits_mech.batch.tables import SWEPT
@@ -15,11 +14,12 @@ from sits_mech.memory import GIB
 from sits_mech.readout.loads import each_of, point, points
 from sits_mech.readout.signals import shown_signals
 from sits_mech.report.left_out import kept_lines
-from sits_mech.report.tables.loads import point_name
-from sits_mech.report.tables.solves import column_table
+from sits_mech.report.tables.solves import column_table, point_name
 from sits_mech.status import ANSWERED, failure_kind
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from sits_mech.batch.forecast import Forecast
     from sits_mech.batch.sensitivity import Sensitivity
 
@@ -73,13 +73,14 @@ def plan_table(plan: Forecast, asked: str, processes: int, *, cluster: bool = Fa
 
 
 def plan_words(plan: Forecast) -> str:
-    """Return in a line what is left of a study, or some processor seconds of all, once cases are tried."""
+    """Return in a line what is left of a study, or some processor seconds of all: recorded, or once cases are tried."""
     count, seconds = plan.tried
     if count:
         return f"tried {count} cases in {seconds:.2g} s: all some {plan.seconds():.2g} s"
+    if plan.seconds():
+        return f"all some {plan.seconds():.2g} s, as its models take on other scenes"
     parts = (f"{name}: {each:g}" for name, each in zip(_STEPS[1:-1], plan.counts()[1:-1], strict=True))
-    recorded = f"; some {plan.seconds():.2g} s as its models take on other scenes" if plan.seconds() else ""
-    return f"{plan.cases} cases to solve, {plan.kept} kept; {', '.join(parts)}{recorded}"
+    return f"{plan.cases} cases to solve, {plan.kept} kept; {', '.join(parts)}"
 
 
 def _heading(data: xr.Dataset, name: str) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,9 +26,8 @@ from sits_mech.readout.loads import answered, fixed, load_words, middle, over_lo
 from sits_mech.readout.signals import SIGNALS, shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
-from sits_mech.report.tables.solves import column_table, figure_text, shown_scale, sizes_of, with_error
+from sits_mech.report.tables.solves import column_table, figure_text, point_name, shown_scale, sizes_of, with_error
 from sits_mech.status import WORDS
-from sits_mech.units import millimetres as mm
 
 KINDS = {
     "F_x": "shear force", "F_y": "shear force along y", "F_z": "normal force", "M": "moment about y",
@@ -167,19 +165,6 @@ def failures(data: xr.Dataset) -> list[str]:
         row = data[["status", "reason"]].isel(dict(zip(dims, index.tolist(), strict=True)))
         lines.append(f"{point_name(row)}: {row['status'].item()}: {row['reason'].item()}")
     return lines
-
-
-def point_name(row: xr.Dataset) -> str:
-    """Return where a point of a table is: ``F_x = 0.5 N, elastomer.thickness = 2 mm``."""
-
-    def words(name: str, value: Any) -> str:
-        """Return a value with its unit, lengths in millimetres."""
-        unit = row[name].attrs.get("units", shown_unit(name) if name in UNITS else "")
-        if not isinstance(value, float):
-            return f"{value} {unit}".rstrip()
-        return mm(value, 4) if unit == "m" else f"{value:.4g} {unit}".rstrip()
-
-    return ", ".join(f"{name} = {words(str(name), row[name].item())}" for name in row["status"].coords)
 
 
 def remarks(data: xr.Dataset) -> list[str]:

@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.spectrum import Terminals
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, report_of, shown_unit
 from sits_mech.readout.loads import load_words
 from sits_mech.readout.signals import PAIR, SIGNALS, Signals
 from sits_mech.report.left_out import line
 from sits_mech.report.notes import sentences
+from sits_mech.units import millimetres
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from sits_mech.analysis.spectrum import Terminals
 
 _NOTHING = 1e-6  # of the size of a run: far below what any estimate holds, far above rounding
 _LEAST = 5e-13  # what twelve decimals do not show
@@ -42,6 +44,16 @@ def with_error(value: float, error: float, size: float | None = None) -> str:
         return f"{value:.6g} +- {'0' if math.isfinite(error) else '?'}"
     digits = _digits(error)
     return f"{value:.{digits}f} +- {abs(error):.{digits}f}"
+
+
+def point_name(row: xr.Dataset) -> str:
+    """Return where a point of a table is: ``F_x = 0.5 N, elastomer.thickness = 2 mm``."""
+    found = []
+    for name in map(str, row["status"].coords):
+        value, unit = row[name].item(), row[name].attrs.get("units", shown_unit(name) if name in UNITS else "")
+        number = f"{value:.4g}" if isinstance(value, float) else value
+        found.append(f"{name} = {millimetres(value, 4) if unit == 'm' else f'{number} {unit}'.rstrip()}")
+    return ", ".join(found)
 
 
 def sizes_of(data: Any, names: Sequence[str]) -> dict[str, float]:

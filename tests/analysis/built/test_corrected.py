@@ -1,17 +1,20 @@
 """Scene and table of the sensor that was found: they read its forces, and say how well."""
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import sensor_calibration, terminals
+from sits_mech.analysis.bench import sensor_calibration, table_inductances, terminals
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import HALF, Prior, prior_of
+from sits_mech.chain import simulate
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.notes import NoteKind, unpacked
+from sits_mech.notes import NoteKind, Omission, OmissionKind, Relative, unpacked, unpacked_omissions
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import load_sensor, scene_text
 
@@ -36,6 +39,25 @@ def test_the_corrected_table_reads_the_built_sensor(prior: Prior) -> None:
     assert np.all(read.status == "ok")
     assert np.all(np.abs(read.forces - loads) <= read.error_by_model + read.error + 0.02)
     assert np.all(np.abs(read.forces - loads) < [0.02, 0.06])
+
+
+def test_the_corrected_table_is_known_as_the_posterior_has_it(
+    numerics_alone: Callable[[], AbstractContextManager[None]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What mechanics leave out, an unknown of the fit, is not added again; what gap and leads do alike cancels."""
+    sensor, axes = load_sensor("biorob2018-w15"), {"F_x": [-0.5, 0.0, 0.5], "F_z": [0.0, 1.0, 2.0]}
+    bent = Omission(OmissionKind.BENDING, 0.03, Relative.DISPLACEMENT, parts=(0.0, 0.03, 0.0, 0.0, 0.0, 0.0))
+    with numerics_alone():
+        monkeypatch.setattr(simulate, "bending", lambda *_: (bent,))
+        prior = prior_of(sensor, calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02))
+        found = adapt(prior, bench_of(prior))
+        built, table = corrected(found)
+    assert [item.held for item in unpacked_omissions(table.attrs["left_out"]) if item.weighs] == [True]
+    loads = found.values[0] * np.array(list(product(*axes.values())))
+    by = prior.bench(loads).derivatives(prior.used(found.values))[0] * prior.in_use
+    posterior = np.sqrt(np.einsum("mnp,pq,mnq->mn", by, found.covariance, by))
+    parts = table_inductances(built, table)["shared_L"].transpose("part", "F_x", "F_z", "coil").to_numpy()
+    np.testing.assert_allclose(0.5 * np.sqrt(np.sum(parts**2, axis=0)).reshape(-1, 2), posterior, rtol=0.01)
 
 
 @pytest.mark.slow

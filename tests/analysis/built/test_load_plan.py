@@ -50,6 +50,7 @@ def test_loads_are_those_of_the_bench(prior: Prior) -> None:
     assert left.startswith("98.1 N: above") and "calibrate to at least" in left
     whole = plan_loads(prior, 4, bench=Bench.written("", "0.1 N")).loads / 0.1
     assert np.allclose(whole, np.round(whole), atol=1e-9) and np.ptp(whole[:, 0]) > 1.0
+    assert not np.signbit(plan_loads(prior, 3, bench=Bench.written("", "0.6 N")).loads).any()  # none is "0", never "-0"
     for weights, step in (("50 apples", None), ("-50 g", None), ("50 kg", None), ("", "0 N"), ("50 g", "1 N")):
         with pytest.raises(SceneError, match="--weights|--step"):
             plan_loads(prior, 2, "weights", bench=Bench.written(weights, step))

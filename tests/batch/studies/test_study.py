@@ -53,7 +53,7 @@ def test_a_funnel_from_calibrations_to_exports(
         count.append(1)
         return calibrate(*words, **more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(requests, "calibrate", counted)
+    monkeypatch.setattr("sits_mech.chain.calibrate.calibrate", counted)
     path, out = written(tmp_path, FIRST + STAGES), tmp_path / "out"
     assert run(["sweep", str(path), "-o", str(out), "--accept"]) == 0 and len(count) == 3
     said = capsys.readouterr()

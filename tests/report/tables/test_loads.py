@@ -17,7 +17,6 @@ from sits_mech.report.tables.loads import (
     figures,
     in_width,
     load_table,
-    point_name,
     remarks,
     summary_table,
 )
@@ -161,11 +160,3 @@ def test_a_wide_table_is_cut_into_parts_of_a_terminal_s_width() -> None:
         with (console := Console(width=80, markup=False)).capture() as shown:
             console.print(part)
         assert "\N{HORIZONTAL ELLIPSIS}" not in shown.get()
-
-
-def test_a_point_is_named_with_lengths_as_they_are_written() -> None:
-    """In millimetres; other numbers in their SI unit, words as they are."""
-    where = {"dv": 2e-4, "alpha": 0.1745, "elastomer.material": "rtv615", "F_z": 2.0}
-    row = xr.Dataset({"status": ((), "failed")}, where)
-    row["dv"].attrs["units"], row["alpha"].attrs["units"] = "m", "rad"
-    assert point_name(row) == "dv = 0.2 mm, alpha = 0.1745 rad, elastomer.material = rtv615, F_z = 2 N"

@@ -4,11 +4,12 @@ import math
 from dataclasses import replace
 
 import pytest
+import xarray as xr
 
 from sits_mech.chain.simulate import simulate
 from sits_mech.quantities import Wrench
 from sits_mech.report.tables.drift import temperatures_table
-from sits_mech.report.tables.solves import figure_text, short, sizes_of, with_error
+from sits_mech.report.tables.solves import figure_text, point_name, short, sizes_of, with_error
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -75,3 +76,11 @@ def test_motion_out_of_the_plane_is_shown_over_temperature() -> None:
         table = temperatures_table(["C1", "C2"], [280.0, 300.0], found)
         assert len(table.columns) == 1 + count + 2 + 1
     assert list(table.columns[4].cells) == ["0.000", "100.000"] and table.columns[4].header == "d_y [um]"
+
+
+def test_a_point_is_named_with_lengths_as_they_are_written() -> None:
+    """In millimetres; other numbers in their SI unit, words as they are."""
+    where = {"dv": 2e-4, "alpha": 0.1745, "elastomer.material": "rtv615", "F_z": 2.0}
+    row = xr.Dataset({"status": ((), "failed")}, where)
+    row["dv"].attrs["units"], row["alpha"].attrs["units"] = "m", "rad"
+    assert point_name(row) == "dv = 0.2 mm, alpha = 0.1745 rad, elastomer.material = rtv615, F_z = 2 N"
