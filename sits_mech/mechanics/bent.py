@@ -6,8 +6,8 @@ With q that rest, whose pad presses on the shapes by r,
 
 of which a second step changes 0.2 % of stiff foils. What coils see of w, b_c, linear in q and a (`Seen`), is that of a
 rigid target moved by the (d_z, alpha, alpha_x) of least squares over the coils, which the pose takes, extrapolated from
-the first two meshes. Error: that of the limit; what shapes of two degrees less change; what a plate of thickness h
-resists besides as it must stretch to bend, less than
+the first two meshes. Error: what that adds (a third and a fourth show -0.9 to 0.9 of it, of nine pads); what shapes of
+two degrees less change; what a plate of thickness h resists besides as it must stretch to bend, less than
 
     1/2 (range of w / h)^2,
 
@@ -33,7 +33,6 @@ from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
 from sits_mech.threads import one_thread
 
 _SHAPES = 0.02  # of what coils see: so much ten degrees show of a point of `biorob2018-w22`, where four and six agree
-_ONCE = 1.0  # times what two meshes add, the error of their limit: a third and a fourth show -0.9 to 0.9 of nine pads
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +53,7 @@ class Bending:
         seen = self.seen(found.pose, np.asarray(steps.any(axis=0)))
         free = [k for k in (1, 2, 4) if k in np.flatnonzero(levels.fine.freed)]
         (fine, lower, coarse), unlike = self.plate.as_motion(steps, seen, free)
-        limit = extrapolated([coarse, fine], levels.terms[:2], pressed=levels.fine.pressed(here), early=_ONCE)
+        limit = extrapolated([coarse, fine], levels.terms[:2], pressed=levels.fine.pressed(here), early=1.0)
         stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
         shapes = np.maximum(np.abs(fine - lower), _SHAPES * np.abs(fine))
         off = limit.error + shapes + stretched * np.abs(limit.value)

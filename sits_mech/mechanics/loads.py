@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -35,8 +35,7 @@ from sits_mech.store import Row, case_path, finish, read_case
 from sits_mech.version import __version__
 
 _KEPT_OF_REPORT = ("model", "unknowns", "iterations", "estimated_error", "notes", "min_J", "stretch")
-_GIVEN, _FAR = 1e-6, 8.0  # of one, how well polynomials are given; sum of weights, 7 for the next of three on a line
-_CREASED = 0.5  # least J below which rims crease, and come to rest in more than one way (`biorob2018`, 1 N, 2 N)
+_FAR, _CREASED = 8.0, 0.5  # sum of weights, 7 for the next of three; J below which rims rest in more than one way
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
 
 
@@ -185,13 +184,20 @@ def _start(found: Mapping[Wrench, Settled], load: Wrench, smooth: bool) -> Equil
     size = np.max(np.abs(places), axis=0)
     away = (places[:-1] - places[-1]) / np.where(size > 0.0, size, 1.0)
     nearest = rests[int(np.argmin(np.sum(away**2, axis=1)))]
-    size, number = nearest.state.size, nearest.state[0]
-    own = [k for k, rest in enumerate(rests) if rest.state.size == size and rest.state[0] == number]
-    for degree in (2, 1) if smooth and number < PAIR and (nearest.report.min_J or 0.0) > _CREASED else ():
-        weights = _weights(away[own], degree)
+    return _led(rests, away, nearest) if smooth else nearest
+
+
+def _led(rests: Sequence[Equilibrium], away: Array, nearest: Equilibrium) -> Equilibrium:
+    """Return the nearest equilibrium with the state that those of its family lead to, `away` (m, 6) from the load."""
+    number, J = nearest.state[0], nearest.report.min_J
+    if number >= PAIR or J is None or J <= _CREASED:
+        return nearest
+    alike = [k for k, rest in enumerate(rests) if rest.state.size == nearest.state.size and rest.state[0] == number]
+    for degree in (2, 1):
+        weights = _weights(away[alike], degree)
         if weights is not None:
-            state = sum(c * rests[k].state for c, k in zip(weights, own, strict=True))
-            return replace(nearest, state=np.append(number, state[1:]))
+            states = np.stack([rests[k].state for k in alike])
+            return replace(nearest, state=np.append(number, weights @ states[:, 1:]))
     return nearest
 
 
@@ -203,5 +209,5 @@ def _weights(away: Array, degree: int) -> Array | None:
     powers = np.array([away[:, list(pair)].prod(axis=1) for pair in pairs])
     near, there = np.sum(away**2, axis=1) ** -1.5, np.eye(len(powers))[0]
     weights = near * (powers.T @ np.linalg.lstsq((powers * near) @ powers.T, there, rcond=1e-10)[0])
-    given = np.abs(powers @ weights - there).max() < _GIVEN
-    return weights if given and np.abs(weights).sum() < _FAR else None
+    given = np.allclose(powers @ weights, there, atol=1e-6)
+    return np.asarray(weights) if given and np.abs(weights).sum() < _FAR else None

@@ -148,8 +148,9 @@ def test_pose_against_independent_numbers(capsys: Capture) -> None:
     bars = {"d_h": (0.985277906103095e-3, 4.5e-6), "d_v": (2e-3 - 0.2032309354297509e-3, 4.0e-6)}
     for name, (expected, bar) in (bars | {"alpha": (0.0020452455720867636, 5.0e-4)}).items():
         assert abs(found["pose"][name] - expected) <= bar + found["error"][name]
-    (ends,) = found["report"]["left_out"]
-    assert found["report"]["estimated_error"] - ends["size"] < 3e-2  # a crease at the target's edge
+    (ends, bending) = found["report"]["left_out"]
+    assert bending["what"] == "bending of the target"  # of 0.2 mm of copper that these newtons press
+    assert found["report"]["estimated_error"] - ends["size"] - bending["size"] < 3e-2  # a crease at the target's edge
 
 
 @pytest.mark.slow
@@ -217,11 +218,11 @@ def test_loads_that_are_passed_on_the_way_are_read(capsys: Capture) -> None:
 
 @pytest.mark.slow
 def test_a_pose_is_solved_finer_beside_what_its_target_bends(capsys: Capture) -> None:
-    """The numerics of 9,483 unknowns are within 1 % but not with 0.4 % of bending: above tolerance before."""
+    """Bending, left out, is 0.7 % of the sink: it is solved, and numerics are within what it leaves of a percent."""
     law = '{law="yeoh", c10="8 kPa", c20="0.6 kPa", c30="0.05 kPa", bulk_modulus="16 MPa"}'
     found = answer(capsys, "pose", "biorob2018-w15", "--fz", "2 N", "--set", f"elastomer.material={law}")
-    bends = next(item["size"] for item in found["report"]["left_out"] if item["what"] == "bending of the target")
-    assert found["report"]["unknowns"] > 10_000 and 0.004 < bends < found["report"]["estimated_error"] < 0.01
+    assert "bends by up to" in json.dumps(found) and found["report"]["estimated_error"] < 0.01
+    assert all(item["what"] != "bending of the target" for item in found["report"]["left_out"])
 
 
 def test_what_symmetry_forbids_is_zero(capsys: Capture) -> None:
