@@ -13,6 +13,7 @@ from typing import ParamSpec, TypeVar
 
 from sits_mech.units import SceneError, shown
 
+Idle = str
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
@@ -59,6 +60,7 @@ _KINDS: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "MagneticModel": ("a model, as from magnetic_model", lambda value: hasattr(value, "impedance")),
     "str": ("a text", _text),
     "Path": ("a Path", lambda value: isinstance(value, Path)),
+    "Idle": ('"open", "shorted" or "live"', lambda value: str(value) in ("open", "shorted", "live")),
     "str | Path": ("a path", _path),
     "str | Path | Measured": ("a path or readings", lambda value: _path(value) or _of("Measured")(value)),
     "Calibrated": ("the folder of a calibration, or its Sensor and Dataset", _calibrated),

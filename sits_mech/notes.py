@@ -191,12 +191,7 @@ def packed(notes: Iterable[Note]) -> str:
 
 def unpacked(text: str) -> tuple[Note, ...]:
     """Return the notes of a text that `packed` wrote; none of an empty one."""
-    return tuple(map(_note, json.loads(text or "[]")))
-
-
-def _note(row: Mapping[str, Number]) -> Note:
-    """Return a note from its entries."""
-    return Note(NoteKind(str(row["kind"])), tuple((name, value) for name, value in row.items() if name != "kind"))
+    return tuple(Note.of(NoteKind(row.pop("kind")), **row) for row in json.loads(text or "[]"))
 
 
 def packed_omissions(left_out: Iterable[Omission]) -> str:

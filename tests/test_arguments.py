@@ -21,7 +21,7 @@ def test_an_argument_of_another_kind_is_refused_by_its_name(name: str, key: str)
     function = getattr(sm, name)
     needed = [each for each, one in inspect.signature(function).parameters.items() if one.default is one.empty]
     others = dict.fromkeys([each for each in needed if (name, each) not in CASES])
-    for wrong in (float("nan"), object(), [[1]]):
+    for wrong in (float("nan"), object(), [[1]], *["closed"] * (key == "idle")):
         with pytest.raises(sm.SceneError, match=f"^{key}: must be .*; got ") as refused:
             function(**{key: wrong}, **others)
         assert len(str(refused.value).splitlines()) == 1

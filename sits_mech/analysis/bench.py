@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from sits_mech.analysis.spectrum import at_terminals
-from sits_mech.arguments import checked_arguments
+from sits_mech.arguments import Idle, checked_arguments
 from sits_mech.chain.propagation import diagonals, signal_weights
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.quantities import POSE, Array, Impedance, Mask, SolveReport, tensor_grid
@@ -208,7 +208,7 @@ def with_terminals(sensor: Sensor, data: xr.Dataset) -> xr.Dataset:
 
 
 @checked_arguments
-def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: str | None = None) -> Calibration:
+def terminal_calibration(sensor: Sensor, data: xr.Dataset, idle: Idle | None = None) -> Calibration:
     """Return the calibration of what a converter or a meter reads [H]: at the terminals, with leads and idle coils.
 
     These are "open", "shorted" or "live" by `idle`, else as the scene says. Raises ValueError when the table holds too

@@ -198,7 +198,8 @@ def magnetic_question(
     """Return the question to the magnetic models: given poses, or those to which loads move the target."""
     loads = on_target(sensor, [each for each in given if isinstance(each, Wrench)])
     moves = _moves(sensor, loads) if loaded else None
-    return Question(tolerance, loads, _known_pose(given), moves=moves)
+    poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
+    return Question(tolerance, loads, Pose.of(np.concatenate(poses)) if poses else None, moves=moves)
 
 
 def _moves(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
@@ -208,12 +209,6 @@ def _moves(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
     if loads and not sideways and symmetry_of(sensor).mirrored:
         return ("d_v", "alpha_z") if leaves else ("d_v",)
     return POSE if leaves else POSE[:3]
-
-
-def _known_pose(given: Sequence[Wrench] | Sequence[Pose]) -> Pose | None:
-    """Return given poses as one; None without."""
-    poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
-    return Pose.of(np.concatenate(poses)) if poses else None
 
 
 def choose_magnetics(

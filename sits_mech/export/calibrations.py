@@ -34,7 +34,7 @@ from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake, refuse_
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.codes import tank_of
 from sits_mech.analysis.measured import Measured, Tank, read_measured
-from sits_mech.arguments import checked_arguments
+from sits_mech.arguments import Idle, checked_arguments
 from sits_mech.export import formats
 from sits_mech.export.source import Source
 from sits_mech.quantities import SURE, Array, Wrench
@@ -58,7 +58,7 @@ def _opened(calibration: Calibrated) -> tuple[Sensor, xr.Dataset]:
 def adapt(
     calibration: Calibrated, readings: str | Path | Measured, *, free: Sequence[str] = (), noise: float | None = None,
     load_noise: float | None = None, depth_noise: float = 1e-5, lot: str | Path | None = None,
-    clock: float | None = None, idle: str | None = None, grow: bool = False,
+    clock: float | None = None, idle: Idle | None = None, grow: bool = False,
 ) -> Adaptation:
     """Return which sensor was built, by a few readings of it under known loads: as ``sits-mech adapt``.
 
@@ -181,7 +181,7 @@ class ForceReading:
 @checked_arguments
 def invert(
     calibration: Calibrated, readings: ArrayLike, *, codes: bool = False, clock: float | None = None,
-    idle: str | None = None,
+    idle: Idle | None = None,
 ) -> ForceReading:
     """Return the forces that belong to readings, and how well they are known: as ``sits-mech invert``.
 
@@ -221,7 +221,7 @@ def invert(
 @checked_arguments
 def compare(
     calibration: Calibrated, measured: str | Path, *, free: Sequence[str] = (), noise: float | None = None,
-    magnetics: str = "auto", clock: float | None = None, idle: str | None = None,
+    magnetics: str = "auto", clock: float | None = None, idle: Idle | None = None,
 ) -> Comparison:
     """Return a measurement beside the model, and the parameters that fit it best: as ``sits-mech compare``.
 

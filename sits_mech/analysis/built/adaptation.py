@@ -30,7 +30,7 @@ from scipy.stats import chi2
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
 from sits_mech.analysis.built.force_maps import ForceMaps
 from sits_mech.analysis.built.loaded import LoadedBench
-from sits_mech.analysis.built.prior import HALF, Prior, inverted, load_noise_of
+from sits_mech.analysis.built.prior import HALF, Prior, check_deviation, inverted, load_noise_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.quantities import Array, Mask
 
@@ -106,6 +106,8 @@ def adapt(
     not above 0, when loads lie beyond the table for every modulus, or an unknown is at the end of its reach.
     """
     measured.check()
+    check_deviation("load_noise", load_noise, "N")
+    check_deviation("depth_noise", depth_noise, "m")
     table, n, m = prior.table, len(prior.noise), len(measured.L)
     size = load_noise_of(table, load_noise)
     blind = ~np.isfinite(measured.forces)

@@ -24,7 +24,7 @@ import numpy as np
 
 from sits_mech.analysis.bench import loads_over
 from sits_mech.analysis.built.force_maps import lacking, moduli, needed
-from sits_mech.analysis.built.prior import Prior, inverted, load_noise_of
+from sits_mech.analysis.built.prior import Prior, check_deviation, inverted, load_noise_of
 from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.quantities import SURE, UNITS, Array
 from sits_mech.scene.sensor import SceneError
@@ -128,6 +128,8 @@ def plan_loads(
         raise SceneError(f"rig: must be one of {', '.join(RIGS)}; got {rig}")
     if count < 1:
         raise SceneError(f"plan: must be one or more loads; got {count}")
+    check_deviation("load_noise", load_noise, "N")
+    check_deviation("depth_noise", depth_noise, "m")
     read = _grid(prior)
     possible, too_much = bench.loads(prior, read)
     if rig != "stage":

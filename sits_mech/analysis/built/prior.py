@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from numbers import Real
 
 import numpy as np
 import xarray as xr
@@ -31,6 +32,7 @@ from sits_mech.quantities import UNITS, Array, MagneticModel
 from sits_mech.readout.loads import points, request_of, several, varied, wrench_of
 from sits_mech.readout.table_errors import error_parts
 from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.units import shown
 
 HALF = 0.5
 """Deviation of a pose over its estimated error; d_h, d_v, alpha by benchmarks/adapted_twins.py: 0.76, 0.23, 0.06 of
@@ -198,6 +200,7 @@ def prior_of(sensor: Sensor, data: xr.Dataset, unknown: Sequence[str] = (), *, n
 
 def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
     """Return the noise of a reading of each coil [H]."""
+    check_deviation("noise", noise, "H")
     if noise is not None:
         return np.full(len(sensor.coils), noise)
     try:
@@ -214,6 +217,12 @@ def _own_errors(sensor: Sensor, data: xr.Dataset, table: ForceMaps) -> Array:
     root = np.sqrt(np.nanmean(each.reshape(-1, each.shape[-1]) ** 2, axis=0))
     between = np.where(np.isfinite(table.map.rms), table.map.rms, table.map.error)
     return np.asarray(np.hypot(root, between))
+
+
+def check_deviation(name: str, value: float | None, unit: str) -> None:
+    """Refuse a deviation that is no number above 0."""
+    if value is not None and not (isinstance(value, Real) and 0.0 < value < np.inf):
+        raise SceneError(f"{name}: must be a number above 0 [{unit}]; got {shown(value)}")
 
 
 def load_noise_of(table: ForceMaps, asked: ArrayLike | None) -> Array:

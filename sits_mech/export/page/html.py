@@ -23,6 +23,7 @@ from sits_mech.report.page.html import page_of
 from sits_mech.report.page.parts import subtitle
 from sits_mech.scene.files import write_text
 
+_CHART = '<figure><svg id="curve{}" role="img" aria-label="Inductance of {} over the force moved last"></svg></figure>'
 
 def write_page(source: Source, path: Path) -> tuple[str, ...]:
     """Write a sensor's page; return one line for each thing to know.
@@ -46,7 +47,7 @@ def sensor_page(source: Source, numbers: dict[str, Any], notes: list[str]) -> st
     kept = {name: np.asarray(value).tolist() for name, value in numbers.items() if not name.endswith("_float32")}
     markup = Template(page_file("page.html", "export.page")).substitute(
         sliders=sliders(data), cards="\n".join((cards(coils), _back(numbers), cards(poses))),
-        charts="\n".join(_chart(k, name) for k, name in enumerate(kept["coils"])),
+        charts="\n".join(_CHART.format(k, html.escape(name)) for k, name in enumerate(kept["coils"])),
         shown="Codes" if kept["codes"] else "Inductances", about=html.escape(source.about),
         notes="".join(f"<li>{html.escape(note)}</li>" for note in notes),
     )
@@ -65,9 +66,3 @@ def _back(numbers: dict[str, Any]) -> str:
     card = '<div class="back"><i>{0} from the {1}</i><b id="b-{0}">–</b><em id="off-{0}"></em></div>'
     names = () if str(numbers["no_inverse"]) else (WRENCH[k] for k in numbers["wrench_columns"])
     return "\n".join(card.format(name, seen) for name in names)
-
-
-def _chart(k: int, coil: str) -> str:
-    """Return an empty chart of a coil's curve with its words."""
-    words = f"Inductance of {html.escape(coil)} over the force moved last"
-    return f'<figure><svg id="curve{k}" role="img" aria-label="{words}"></svg></figure>'

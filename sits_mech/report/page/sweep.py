@@ -49,7 +49,8 @@ def write_sweep(folder: Path, path: Path) -> list[Path]:
     """Write the report of a sweep's folder; return the scenes of failed cases, which are written to the folder."""
     data = read_table(folder / TABLE)
     failed = [k for k, word in enumerate(data["status"].to_numpy().ravel()) if word not in (*ANSWERED, UNFINISHED)]
-    scenes = scenes_of(data) if failed else {}
+    text = str(data.attrs["scene"])
+    scenes = (json.loads(text) if SCENE in data.coords else {"": text}) if failed else {}
     files = {name: folder / ("scene.toml" if len(scenes) == 1 else f"scene-{k}.toml") for k, name in enumerate(scenes)}
     for name, file in files.items():
         write_text(file, scenes[name])
@@ -80,12 +81,6 @@ def sweep_page(data: xr.Dataset, failed: Sequence[int], files: dict[str, Path]) 
         tiles=tiles_of(tiles),
         script=script_of(record, [page_file(f"{name}.js") for name in ("table", "charts", "sweep")]),
     )
-
-
-def scenes_of(data: xr.Dataset) -> dict[str, str]:
-    """Return the texts of a sweep's scenes by their names, "" where it has one."""
-    text = str(data.attrs["scene"])
-    return json.loads(text) if SCENE in data.coords else {"": text}
 
 
 def columns_of(data: xr.Dataset) -> Record:

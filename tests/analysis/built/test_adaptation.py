@@ -11,6 +11,7 @@ from sits_mech.analysis.bench import loads_over, terminal_calibration
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import constants_of
 from sits_mech.analysis.built.corrected import corrected
+from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior, prior_of
 from sits_mech.analysis.measured import Measured
 from sits_mech.quantities import SURE, Array
@@ -189,3 +190,15 @@ def test_what_readings_take_up_is_counted_once(
         known = terminal_calibration(*corrected(found))
     ratio = budget(known, at).total / SURE / found.force_deviations(at)[1]
     assert np.all(ratio > 0.5) and np.all(ratio < 1.05)
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 0.0, np.nan, "1 N"])
+def test_deviations_are_above_zero(prior: Prior, wrong: object) -> None:
+    """Of loads, depths and readings, before anything is fitted."""
+    for name in ("load_noise", "depth_noise"):
+        with pytest.raises(SceneError, match=f"^{name}: must be a number above 0 .*; got "):
+            adapt(prior, bench_of(prior), **{name: wrong})
+        with pytest.raises(SceneError, match=f"^{name}: must be a number above 0 .*; got "):
+            plan_loads(prior, 2, **{name: wrong})
+    with pytest.raises(SceneError, match="^noise: must be a number above 0 .*; got "):
+        prior_of(prior.sensor, prior.data, noise=wrong)
