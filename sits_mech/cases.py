@@ -174,8 +174,8 @@ class _Work:
                 future.cancel()
         if ended:
             what = "must live until the last case; those that are kept stay, and the same run goes on from them"
-            said = " ".join(f"{type(ended[0]).__name__}: {ended[0]}".split()).rstrip(":")
-            raise SceneError(f"executor: {what}; got {said}")
+            words = " ".join(f"{type(ended[0]).__name__}: {ended[0]}".split()).rstrip(":")
+            raise SceneError(f"executor: {what}; got {words}")
 
     def _kept(self, part: Sequence[int], rows: Sequence[Row]) -> Iterable[tuple[int, Row]]:
         """Keep rows, and yield them with their points' numbers."""
@@ -224,8 +224,8 @@ def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row])
 def _lost(error: Exception) -> Row:
     """Return the row of a point that its executor could not have called, which another run tries again."""
     lost = "each worker that it ran on was lost, as often as the scheduler tries"  # dask names a task of its own
-    said = lost if hasattr(error, "last_worker") else f"{type(error).__name__}: {error}"
-    return {"status": FAILED, "reason": said, "lasting": False, "seconds": math.nan}
+    words = lost if hasattr(error, "last_worker") else f"{type(error).__name__}: {error}"
+    return {"status": FAILED, "reason": words, "lasting": False, "seconds": math.nan}
 
 
 def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:
@@ -239,8 +239,8 @@ def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]
         row |= function(**point)
     except Exception as error:  # whatever went wrong belongs to this point alone
         status = error.status if isinstance(error, SolveFailed) else FAILED
-        said = str(error) if isinstance(error, ValueError | SolveFailed) else f"{type(error).__name__}: {error}"
-        row |= {"status": status, "reason": said, "lasting": isinstance(error, _LASTING)}
+        words = str(error) if isinstance(error, ValueError | SolveFailed) else f"{type(error).__name__}: {error}"
+        row |= {"status": status, "reason": words, "lasting": isinstance(error, _LASTING)}
     return row | {"seconds": time.process_time() - began}
 
 

@@ -146,5 +146,5 @@ def labelled(data: xr.Dataset) -> xr.Dataset:
         errors = {"ancillary_variables": f"error_{name}"} if f"error_{name}" in data else {}
         own = {"long_name": _found(str(name))[1]} | ({"units": unit} if unit else {}) | errors
         data[name].attrs = data[name].attrs | own
-    said = {"title": str(data.attrs.get("name", "study")), "history": f"made by sits-mech {__version__}"}
-    return data.assign_attrs(Conventions="CF-1.11", **said)
+    heads = {"title": str(data.attrs.get("name", "study")), "history": f"made by sits-mech {__version__}"}
+    return data.assign_attrs(Conventions="CF-1.11", **heads)

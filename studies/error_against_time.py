@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 from benchmarks.mechanics_accuracy import judged
-from common.accuracy import Rung, draw_ladders, forget, machine, rung_rows, said
+from common.accuracy import Rung, draw_ladders, forget, machine, rung_rows, verdict
 from common.calibrations import CALIBRATIONS, SIGNALS, Case, errors, reference, table
 from common.outputs import study_arguments, write_rows
 from common.references import stored_references
@@ -141,7 +141,7 @@ def main() -> None:
             "A calibration of 3 x 3 loads, of full scale": calibrations(CALIBRATIONS, asked),
         }
     draw_ladders(parts, folder / "error_against_time.png")
-    lines = [f"{title}: {said(rungs)}" for title, rungs in parts.items()]
+    lines = [f"{title}: {verdict(rungs)}" for title, rungs in parts.items()]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     lines += [machine(), f"at most {peak:.0f} MiB, {time.process_time():.0f} s of processor time"]
     (folder / "error_against_time.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")

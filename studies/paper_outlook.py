@@ -42,7 +42,7 @@ PLATE = (
     'conductors=[{{name="metal", material="copper", shape="rectangle", centre=["{x} mm", "{z} mm"], width="18 mm", '
     'length="18 mm", thickness="0.5 mm"}}]'
 )
-BESIDE = (
+SCREW = (
     'conductors=[{{name="metal", material="{metal}", shape="disc", diameter="6 mm", thickness="2 mm", '
     'centre=["{x} mm", "1.5 mm"]}}]'
 )
@@ -52,7 +52,7 @@ NEIGHBOUR = (  # the target of a second sensor of an array, at the pitch
 )
 CHANGES = {
     "copper plate below [mm]": {f"{z}": [PLATE.format(x=0, z=-z)] for z in (20, 10, 5, 2)},
-    "brass screw beside, its centre at [mm]": {f"{x}": [BESIDE.format(x=x, metal="brass")] for x in (22, 16, 14)},
+    "brass screw beside, its centre at [mm]": {f"{x}": [SCREW.format(x=x, metal="brass")] for x in (22, 16, 14)},
     "pitch of an array [mm]": {f"{x}": [NEIGHBOUR.format(x=x)] for x in (24, 20, 18)},
     "target thickness [mm]": {f"{t}": [f'target.thickness="{t} mm"'] for t in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)},
     "target material": {
@@ -134,13 +134,13 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
         "changed": what, "to": name, "model": model, "L0 changed by [%]": float(100.0 * np.mean(L0 / own_L0 - 1.0)),
         "L_v, rest to load [%]": float(100.0 * np.sum(share[1] - share[0])),
         "L_h, rest to load [%]": float(100.0 * (share[1, 0] - share[1, 1] - share[0, 0] + share[0, 1])),
-        "F_x misread, tared [N]": _said(tared[0]), "F_z misread, tared [N]": _said(tared[1]),
+        "F_x misread, tared [N]": _shown(tared[0]), "F_z misread, tared [N]": _shown(tared[1]),
     }
     resolved = it.known.force_error(LOAD, it.L0 * error[1])
     row |= {"F_x resolved to [mN]": float(1e3 * resolved[0]), "F_z resolved to [mN]": float(1e3 * resolved[1])}
     if what in NOISES:
         alone = it.known.inverse(load + it.L0 * (share[1] - own[1])).forces - np.array(LOAD)
-        row |= {"F_x misread, as it comes [N]": _said(alone[0]), "F_z misread, as it comes [N]": _said(alone[1])}
+        row |= {"F_x misread, as it comes [N]": _shown(alone[0]), "F_z misread, as it comes [N]": _shown(alone[1])}
         return row | {"F_x by noise [mN]": "", "F_z by noise [mN]": ""}
     slopes = np.stack([share[2] - share[3], share[4] - share[5]], -1) / (2.0 * it.steps)
     noise = SMALL * np.sqrt(np.sum(np.linalg.inv(slopes) ** 2, axis=1))
@@ -149,7 +149,7 @@ def answer(it: Base, what: str, name: str, changes: list[str], tolerance: float)
     return row
 
 
-def _said(force: float) -> object:
+def _shown(force: float) -> object:
     """Return a force, or that the reading belongs to no load."""
     return float(force) if np.isfinite(force) else "outside"
 

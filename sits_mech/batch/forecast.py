@@ -103,12 +103,12 @@ class Forecast:
 
 
 def forecast(
-    study: Study, cases: Cases | None = None, *, beside: Callable[[], float] = float,
-    told: Callable[[Forecast], None] = lambda plan: None,
+    study: Study, cases: Cases | None = None, *, extra: Callable[[], float] = float,
+    report: Callable[[Forecast], None] = lambda plan: None,
 ) -> Forecast:
     """Try some cases of a study, keep them in `cases`, and forecast the others.
 
-    `beside` returns the seconds that a process takes beside its cases and what the first one imports; `told` gets the
+    `extra` returns the seconds that a process takes beside its cases and what the first one imports; `report` gets the
     counts, these with what the models' records say before a case is tried, and what all takes that was missing after
     the first case, and whenever twice as much was tried.
     """
@@ -119,11 +119,11 @@ def forecast(
     trial = _Trial(Case(study), len(whole.left[-1]) < whole.cases)
     order = list(chain.from_iterable(grouped({index: study.shared(points[index]).order for index in missing})))
     shares = chain((math.inf, math.inf, 0.5), repeat(0.02))  # of the forecast, that may have been tried before a place
-    said, kept = 0.0, len(points) - whole.cases
-    told(replace(whole, kept=kept))
+    spent, kept = 0.0, len(points) - whole.cases
+    report(replace(whole, kept=kept))
     recorded = _recorded(study, points[order[len(order) // 2]]) if order else whole.steps
     if any(recorded):
-        told(replace(whole, steps=recorded, kept=kept))
+        report(replace(whole, steps=recorded, kept=kept))
     for near, share in zip(_places(order, shared), shares, strict=False):
         if rows and trial.spent > share * replace(whole, steps=trial.steps).seconds():
             break
@@ -132,14 +132,14 @@ def forecast(
                 rows[index] = trial.solved(points[index], shared[index])
                 if cases is not None:
                     cases.put([(missing[index], rows[index])])
-                if trial.spent > 2.0 * said:
-                    said = trial.spent
-                    told(replace(whole, steps=trial.steps, kept=kept, tried=(len(rows), said)))
+                if trial.spent > 2.0 * spent:
+                    spent = trial.spent
+                    report(replace(whole, steps=trial.steps, kept=kept, tried=(len(rows), spent)))
     done = {index for index, row in rows.items() if row["lasting"]}  # another try may better the others
     left = whole if cases is None else _counted([own for index, own in shared.items() if index not in done], chunk)
     steps = trial.steps
     return replace(
-        left, steps=steps._replace(process=steps.process + beside()), kept=len(points) - left.cases,
+        left, steps=steps._replace(process=steps.process + extra()), kept=len(points) - left.cases,
         tried=(len(rows), trial.spent), memory=peak_memory(),
     )
 
@@ -206,8 +206,8 @@ def note(plan: Forecast, cases: Cases) -> None:
     """Write beside the cases what is planned, for `noted`."""
     kept = len(cases.names)
     each = _ON_DISK * cases.path.stat().st_size / max(kept, 1)
-    said = {"seconds": plan.seconds(), "bytes": each * plan.cases, "kept": kept}
-    write_text(cases.path.parent / _NOTE, json.dumps(said))
+    record = {"seconds": plan.seconds(), "bytes": each * plan.cases, "kept": kept}
+    write_text(cases.path.parent / _NOTE, json.dumps(record))
 
 
 def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | None:
@@ -219,8 +219,8 @@ def noted(folder: Path, processes: int = 1, *, yes: bool = False) -> float | Non
     if not path.exists():
         return None
     try:
-        said = json.loads(input_text(path, "a plan of a sweep"))
-        seconds, needs, kept = (float(said[key]) for key in ("seconds", "bytes", "kept"))
+        record = json.loads(input_text(path, "a plan of a sweep"))
+        seconds, needs, kept = (float(record[key]) for key in ("seconds", "bytes", "kept"))
     except (ValueError, LookupError, TypeError):
         raise SceneError(f"{path}: must be as --plan wrote it; remove it, or plan again") from None
     with opened(folder) as cases:

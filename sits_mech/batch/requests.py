@@ -18,7 +18,7 @@ from pydantic import BaseModel, create_model
 
 from sits_mech.batch.tables import SWEPT, table_row
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
-from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags, simulate
+from sits_mech.chain.simulate import at_rest, mechanical_omissions, rest_flags, simulate, within_omissions
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
@@ -134,7 +134,7 @@ def _pose(variant: Variant, asked: Row) -> Row:
     numerics = tolerance if chosen.by_name else chosen.tolerance
     left_out = mechanical_omissions(sensor, chosen.name, [wrench], bent=chosen.bent)
     layer = _mechanical(variant, Choice(chosen.name, tolerance=numerics, bent=chosen.bent))
-    layer = beside_omissions(layer, chosen, tolerance, left_out)
+    layer = within_omissions(layer, chosen, tolerance, left_out)
     found = at_rest(sensor, layer, wrench, left_out)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 

@@ -38,11 +38,11 @@ def watched(folder: Path, pause: float = 2.0) -> Iterator[str]:
         runs = is_taken(folder)
         written = _written(folder / TABLE)
         if written > last:
-            done, count, failed, told = _look(folder)
+            done, count, failed, words = _look(folder)
             first, last = first or (written, done), written
             yield _progress(done, count, failed, (written - first[0], done - first[1]), runs)
-            yield from (line for line in told if line not in known)
-            known = set(told)
+            yield from (line for line in words if line not in known)
+            known = set(words)
         if idle and not runs:  # for a pause, after which a run has written its last table
             yield "all cases are done" if done == count else "no run has this folder: its command goes on from here"
             return
@@ -74,8 +74,8 @@ def _look(folder: Path) -> tuple[int, int, int, list[str]]:
         failure_kind(state, reason) for state, reason in zip(states, reasons, strict=True)
         if state not in (*ANSWERED, UNFINISHED)
     )
-    told = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]
-    return len(states) - states.count(UNFINISHED), len(states), failures.total(), [f"  {line}" for line in told]
+    words = [*groups, *(f"{number} {kind}" for kind, number in failures.items())]
+    return len(states) - states.count(UNFINISHED), len(states), failures.total(), [f"  {line}" for line in words]
 
 
 def _groups(status: xr.DataArray) -> list[str]:

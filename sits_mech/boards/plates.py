@@ -84,9 +84,9 @@ def pours(board: Board, routes: Sequence[Route]) -> tuple[tuple[Pour, ...], tupl
             notes.append(f"{title} on {on}: left out, it is not filled: fill all zones in KiCad and save")
         for layer, points in zone.fills if zone.net not in nets else ():
             for pour in _as_pours(Pour(zone.net, layer, points, ()), loops(points, zone.pen)):
-                clear, said = _clear(pour, zone, routes, board.name)
+                clear, remarks = _clear(pour, zone, routes, board.name)
                 found += clear
-                notes += said
+                notes += remarks
     return tuple(found), tuple(notes)
 
 
@@ -98,7 +98,7 @@ def _as_pours(like: Pour, pieces: Sequence[Sequence[Array]]) -> list[Pour]:
 
 def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[list[Pour], list[str]]:
     """Return what is left of a pour beside the coils, which may end in it, and what to say of that."""
-    said: list[str] = []
+    remarks: list[str] = []
     for found in routes:
         for run in (run for run in found.runs if run.layer == pour.layer):
             at = _touched(pour, run)
@@ -111,8 +111,8 @@ def _clear(pour: Pour, zone: Zone, routes: Sequence[Route], name: str) -> tuple[
                     f"{name}: {found.title}: its track must be clear of the {pour.title}; got one that touches it at "
                     f"{board_point(at)}"
                 )
-            said = [f"{pour.title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
-    return (_cut(pour, routes) if said else [pour]), said
+            remarks = [f"{pour.title}: cut {1e3 * _CLEAR:g} mm clear of {found.title}, which ends in it"]
+    return (_cut(pour, routes) if remarks else [pour]), remarks
 
 
 def _cut(pour: Pour, routes: Sequence[Route]) -> list[Pour]:
@@ -190,7 +190,7 @@ def plates(
     waiting = merged_pours([item for item in poured if item.area >= least], frame.size)
     while waiting:
         pour = waiting.pop(0)
-        table, said = _table(pour, frame)
+        table, remarks = _table(pour, frame)
         table = {"name": free_name(f"{pour.net or 'copper'} {pour.layer}", [plate.name for _, plate in kept])} | table
         title = f"{pour.title}, {1e6 * pour.area:.4g} mm2"
         try:
@@ -203,7 +203,7 @@ def plates(
             continue
         found.append(table)
         kept.append((pour, plate))
-        notes += [f"{title}: {said}"] if said else []
+        notes += [f"{title}: {remarks}"] if remarks else []
     return found, tuple(notes)
 
 
@@ -268,20 +268,20 @@ def _table(pour: Pour, frame: _Frame) -> tuple[dict[str, Any], str]:
     least = 2.0 * math.sqrt(_SMALL / math.pi) * frame.size
     holes = [hole for hole in pour.holes if float(np.hypot(*np.ptp(hole, axis=0))) >= least]  # by the box's diagonal
     lost = len(pour.holes) - len(holes)
-    said = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] * bool(lost)
+    remarks = [f"without {lost} hole{'s' * (lost > 1)} less than {1e3 * least:.3g} mm across"] * bool(lost)
     if pour.parts:
         areas = ", ".join(f"{1e6 * part.area:.4g}" for part in pour.parts)
-        said.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
+        remarks.append(f"{len(pour.parts)} side by side, of {areas} mm2, as one: bridges between them carry no current")
     sizes = _simple([rim - middle for rim in (pour.rim, *holes)], high - low, fine)
     if sizes is None:
         rims = simplified([pour.rim, *holes], fine)
         loops = [[[_rounded(x), _rounded(y)] for x, y in (rim - middle).tolist()] for rim in rims]
         sizes = {"shape": "outline", "points": loops[0]} | ({"holes": loops[1:]} if holes else {})
         among = f", {len(holes)} hole{'s' * (len(holes) > 1)} among them" * bool(holes)
-        said = [f"outline of {sum(map(len, rims))} corners, to {1e3 * fine:.2g} mm{among}", *said]
+        remarks = [f"outline of {sum(map(len, rims))} corners, to {1e3 * fine:.2g} mm{among}", *remarks]
     place = [*(_rounded(v) + 0.0 for v in middle - frame.origin), _rounded(layer.z - frame.top)]
     table = {"material": "copper", "centre": place, "thickness": _rounded(layer.thickness)} | sizes
-    return table, ", ".join(said)
+    return table, ", ".join(remarks)
 
 
 def _simple(rims: Sequence[Array], size: Array, fine: float) -> dict[str, Any] | None:

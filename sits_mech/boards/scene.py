@@ -94,7 +94,7 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
     sensor = sensor_from(table, board.name)
     notes = list(board.notes)
     for found in routes:
-        notes += [_told(board, found), *touching(found), *found.notes]
+        notes += [_route_note(board, found), *touching(found), *found.notes]
     if choice.with_pours:
         poured, left_out = pours(board, routes)
         conductors, changed = plates(sensor, poured, board.stack, origin, top)
@@ -174,7 +174,7 @@ def _coil(board: Board, found: Route, origin: Array, top: float) -> dict[str, An
     return table | ({} if relative is None else {"board_permittivity": round(relative, _FIGURES)})
 
 
-def _told(board: Board, found: Route) -> str:
+def _route_note(board: Board, found: Route) -> str:
     """Return what a coil is, for a reader."""
     layers = list(dict.fromkeys(run.layer for run in found.runs))
     lines = [run.points for run in found.runs]

@@ -82,12 +82,12 @@ def three_points(node: Node, where: str) -> Array:
 
 def is_filled(node: Node) -> bool:
     """Tell whether a drawn polygon is filled, as it is where nothing is said."""
-    return "none" not in (said := texts(node, "fill")) and "no" not in said
+    return "none" not in (entries := texts(node, "fill")) and "no" not in entries
 
 
 def pen(zone: Node, version: int, where: str) -> float:
     """Return the width of the pen round a zone's fills, which is copper as well [mm]."""
-    said = texts(zone, "filled_areas_thickness")
-    stroked = "no" not in said if said else version < _SOLID_FILLS
+    entries = texts(zone, "filled_areas_thickness")
+    stroked = "no" not in entries if entries else version < _SOLID_FILLS
     has_width = stroked and child(zone, "min_thickness") is not None
     return numbers(zone, "min_thickness", 1, where)[0] if has_width else 0.0

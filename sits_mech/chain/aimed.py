@@ -62,8 +62,8 @@ class Aim:
         """The part of the tolerance that is left to the numerics of the mechanics."""
         return self.goal.left(self.tolerance)
 
-    def beside(self, own: Sequence[Equilibrium], whole: Sequence[Equilibrium]) -> Aim:
-        """Return the aim beside what the model leaves out, by equilibria without it and with it."""
+    def sharing(self, own: Sequence[Equilibrium], whole: Sequence[Equilibrium]) -> Aim:
+        """Return the aim that shares its tolerance with what the model leaves out, by equilibria without it and with it."""
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
@@ -135,7 +135,7 @@ def aimed_loads(
         rests = [one.rest for one in some if one.rest]
         poses = readable_poses(sensor, some)
         found = aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
-        return None if found is None else found.beside(rests, whole(rests))
+        return None if found is None else found.sharing(rests, whole(rests))
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
         sizes = np.abs([load.components for load in loads])  # the load whose components are largest, each of its own

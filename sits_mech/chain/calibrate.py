@@ -246,7 +246,7 @@ def _by_temperature(sensor: Sensor, name: str, layer: MechanicalModel) -> tuple[
     check_untouched(sensor, "drift")
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"drift: must be asked of the mechanics block, planar, axisymmetric or linear; got {name}")
-    said = unknown_coefficients(sensor)
-    if said:
-        raise SceneError(f"drift: {said}")
+    missing = unknown_coefficients(sensor)
+    if missing:
+        raise SceneError(f"drift: {missing}")
     return scene_numbers(sensor, CHAINED)

@@ -54,7 +54,7 @@ from sits_mech.units import SceneError
 
 FORCES = ("F_z", "F_x", "F_y")
 """Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
-_BESIDE, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
+_THIRD, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
 _NEXT = 1.01  # times the smallest distance of two targets
 _ROUNDING = 1e-9  # of weights of signals
 _MOST, _LEFT = 0.5, 1.5  # share of finite strain that is bounded; of its square, what is left
@@ -258,10 +258,10 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     q, left = moved.value + (pad.second if np.isfinite(strain) else 0.0), _LEFT * strain * np.abs(pad.second)
     missed = np.einsum("irkp,kp->ir", off, np.abs(q)) + np.einsum("irkp,kp->ir", np.abs(S), pad.spread)
     L_error = (signals.error + missed + np.einsum("irkp,kp->ir", np.abs(S), left))[:, r:]
-    alone, beside = sheets(sensor, tolerance), S[:, r:].copy()
-    beside[np.arange(len(S)), :, np.arange(len(S))] = 0.0
+    alone, neighbours = sheets(sensor, tolerance), S[:, r:].copy()
+    neighbours[np.arange(len(S)), :, np.arange(len(S))] = 0.0
     still, there = (alone.impedance(Pose.of(at), sensor.frequency) for at in (rest[None], rest + q))
-    change = diagonals(there.L) - diagonals(still.L) + np.einsum("ickp,kp->ic", beside, q)
+    change = diagonals(there.L) - diagonals(still.L) + np.einsum("ickp,kp->ic", neighbours, q)
     read_error = read.error + np.einsum("irs,is->ir", np.abs(inverse), missed[:, :r])
     read_error += still.report.estimated_error * np.abs(read.value)  # of G_ii
     off_by = max(float(np.max(L_error) / np.abs(change).max()), float(read_error.max() / np.abs(read.value).max()))
@@ -325,7 +325,7 @@ def signal_slopes(cells: Cells, weights: Array, tolerance: float) -> tuple[Array
     near = away[np.unravel_index(distance.argmin(), distance.shape)].tolist()
     exact, coarse = (slopes(*near, single) / lever for single in (False, True))
     missed = np.abs(exact - coarse).max() / np.abs(exact).max()
-    third = np.where(distance < _NEXT * distance.min(), _BESIDE, _BEYOND) if n > 2 else np.zeros((n, n))
+    third = np.where(distance < _NEXT * distance.min(), _THIRD, _BEYOND) if n > 2 else np.zeros((n, n))
     off = (missed + third)[..., None, None] * lever * np.abs(S / lever).max(axis=3, keepdims=True)
     off[np.diag_indices(n)] = alone.impedance(pose, sensor.frequency).report.estimated_error * np.abs(S[0, 0])
     return S.swapaxes(1, 2), off.swapaxes(1, 2)

@@ -60,23 +60,23 @@ def corrected_loads(
     good = {load: one.rest for load, one in settled.items() if one.rest is not None}
     rests = list(good.values())
     poses, errors, added = _numbers(rests)
-    beside = [rest.shared[PARTS:] for rest in rests]  # no matter of meshes
+    apart = [rest.shared[PARTS:] for rest in rests]  # no matter of meshes
     way = (poses - at_rest) * levers
     size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
     open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and errors[k].any()]
     chosen, wanted = _telling(way, open_to)
-    told: dict[int, Equilibrium] = {}
+    fine: dict[int, Equilibrium] = {}
     for k in chosen[: 2 * wanted]:
         rest = finer(rests[k].wrench).rest
         if rest is not None and not np.array_equal(rest.pose.components, poses[k]):
-            told[k] = rest
-        if len(told) == wanted:
+            fine[k] = rest
+        if len(fine) == wanted:
             break
-    if not told:
+    if not fine:
         return dict(settled)
-    finer_poses, finer_errors, _ = _numbers(list(told.values()))
-    own = list(told)
+    finer_poses, finer_errors, _ = _numbers(list(fine.values()))
+    own = list(fine)
     D, E, a = finer_poses - poses[own], errors[own], added[own]
     seen = np.abs(way[own]) > _TENTH * np.abs(way).max(axis=0)
     alike = _nearness(way, own)[..., None] * (E > 0.0) * (seen | ~seen.any(axis=0))  # (n, m, 6)
@@ -88,35 +88,35 @@ def corrected_loads(
     ratio = np.where(np.any(E > 0.0, axis=0), ratio, np.max(ratio, axis=1, keepdims=True))
     strain = _beyond(rests)
     there = strain[own]
-    above = min(1.0, float(np.max(np.divide(_beyond(told.values()), there, out=there * 0.0 + 1.0, where=there > 0.0))))
+    above = min(1.0, float(np.max(np.divide(_beyond(fine.values()), there, out=there * 0.0 + 1.0, where=there > 0.0))))
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
         load: replace(settled[load], rest=replace(
-            rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k] + np.abs(beside[k]).sum(axis=0)),
-            shared=np.vstack([np.diag(parts[k]), beside[k]]),
+            rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k] + np.abs(apart[k]).sum(axis=0)),
+            shared=np.vstack([np.diag(parts[k]), apart[k]]),
             report=replace(rest.report, stretch=float(1.0 + above * strain[k])),
         ))
         for k, (load, rest) in enumerate(good.items())
     }
 
 
-def _nearness(way: Array, told: list[int]) -> Array:
+def _nearness(way: Array, fine: list[int]) -> Array:
     """Return weights of compared loads by how alike to them others move the target, shape (n, m), one in all."""
     own = np.abs(way) / np.maximum(np.abs(way).max(axis=0), 1e-300)
-    square = np.sum((own[:, None] - own[told]) ** 2, axis=2)
+    square = np.sum((own[:, None] - own[fine]) ** 2, axis=2)
     weights = 1.0 / np.maximum(square, _STILL**2)
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
-def _beyond_compared(errors: Array, way: Array, told: list[int]) -> Array:
+def _beyond_compared(errors: Array, way: Array, fine: list[int]) -> Array:
     """Return how many times more of their errors (n, 6) meshes own to than at compared loads, shape (n, m, 6).
 
     `way` (n, 6) are displacements.
     """
-    size, there = np.abs(way).max(axis=1), errors[told]
-    farther = np.maximum(1.0, size[:, None] / size[told])[..., None]
-    seen = (np.abs(way[told]) > _TENTH * np.abs(way).max(axis=0)) & _MOVES
-    along = np.divide(np.abs(way[:, None]), np.abs(way[told]), out=farther.repeat(len(POSE), axis=2), where=seen)
+    size, there = np.abs(way).max(axis=1), errors[fine]
+    farther = np.maximum(1.0, size[:, None] / size[fine])[..., None]
+    seen = (np.abs(way[fine]) > _TENTH * np.abs(way).max(axis=0)) & _MOVES
+    along = np.divide(np.abs(way[:, None]), np.abs(way[fine]), out=farther.repeat(len(POSE), axis=2), where=seen)
     proportion = errors[:, None] / np.maximum(there, 1e-300) / np.maximum(farther, along)
     return np.asarray(np.maximum(1.0, proportion) * np.maximum(1.0, along) ** 2)
 

@@ -39,7 +39,7 @@ class Goal:
 
     def left(self, tolerance: float) -> float:
         """Return the part of a tolerance that is left to the numerics of the mechanics."""
-        return left_beside(self.left_out, max(tolerance - self.magnetics, HALF * tolerance))
+        return tolerance_left(self.left_out, max(tolerance - self.magnetics, HALF * tolerance))
 
     def of(self, poses: Bounded) -> float:
         """Return the largest error of poses, (..., 6), in all, of full scale."""
@@ -50,7 +50,7 @@ class Goal:
         return float(np.max(poses.mapped(self.weights).error, initial=0.0))
 
 
-def left_beside(left_out: float, tolerance: float) -> float:
+def tolerance_left(left_out: float, tolerance: float) -> float:
     """Return what a tolerance leaves to numerics beside what is left out; all of it where that takes half or more."""
     return tolerance - left_out if left_out < HALF * tolerance else tolerance
 

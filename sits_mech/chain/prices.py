@@ -94,8 +94,8 @@ def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:
 
 def _unknowns(cells: tuple[int, ...]) -> int:
     """Return about how many displacements cells with a node in each middle have, held at one face."""
-    *beside, through = cells
-    return 3 * math.prod(2 * count + 1 for count in beside) * 2 * through
+    *across, through = cells
+    return 3 * math.prod(2 * count + 1 for count in across) * 2 * through
 
 
 def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:

@@ -18,7 +18,7 @@ import numpy as np
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.aimed import Promise, aim_at
 from sits_mech.chain.bending import bending
-from sits_mech.chain.goal import Goal, goal_at, left_beside
+from sits_mech.chain.goal import Goal, goal_at, tolerance_left
 from sits_mech.chain.models import MECHANICS, Choice, loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unloaded_pose
@@ -224,11 +224,11 @@ def mechanical_omissions(
     return (*model.leaves_out(sensor, question), *(() if bent else bending(sensor, loads, model.least)))
 
 
-def beside_omissions(
+def within_omissions(
     layer: MechanicalModel, choice: Choice, tolerance: float, left_out: Sequence[Omission]
 ) -> MechanicalModel:
     """Return the chosen mechanical model with numerics to what a tolerance leaves beside its omissions."""
-    left = left_beside(sized(item for item in left_out if not item.held), tolerance)
+    left = tolerance_left(sized(item for item in left_out if not item.held), tolerance)
     if left == tolerance or not isinstance(layer, RefinedModel):
         return layer
     return layer.towards(None, left if choice.by_name else min(left, choice.tolerance))
@@ -284,7 +284,7 @@ def aimed_rest(
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
         return AimedRest(*image_at_rest(symmetry, layer, wrench), left_out, field, tolerance)
-    aim = aim.beside([first], [_with(sensor, first, left_out)])
+    aim = aim.sharing([first], [_with(sensor, first, left_out)])
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))

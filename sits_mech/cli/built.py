@@ -141,13 +141,13 @@ def adapt(
         with claimed(folder), progress_bar("loads") as progress:
             return known.prior(sensor, grown(prior, measured.forces, end, kept, progress=progress))
 
-    found, said = adapted_as_read(prior, measured, known.noises, _listed(known.free), idle, further if grow else None)
+    found, remark = adapted_as_read(prior, measured, known.noises, _listed(known.free), idle, further if grow else None)
     if found.prior.data is not data:
         _write_longer(sensor, found.prior.data, folder)
-    record = tables.adaptation_record(found, said)
+    record = tables.adaptation_record(found, remark)
     answer(record, [tables.adaptation_table(record, str(bench))], as_json)
-    if said:
-        warn(f"{bench}: {said}")
+    if remark:
+        warn(f"{bench}: {remark}")
     if strict and tables.verdict(record).startswith("hardly"):
         raise SceneError(f"{bench}: must be readings of such a sensor; {tables.verdict(record)}")
     if output is not None:

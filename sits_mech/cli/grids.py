@@ -91,16 +91,16 @@ def calibrate(
         )
     took = process_time() - began
     notes = write_calibration(sensor, data, folder)
-    missing, said = failures(data), []
+    missing, remarked = failures(data), []
     if not as_json and len(missing) < data["status"].size:  # else there is nothing to show
-        said = remarks(data)
+        remarked = remarks(data)
         width, whole = terminal_width(), load_table(data)
         for part in [whole] if width is None else in_width(whole, len(varied(data)), width):
             print_table(part)
         print_table(summary_table(data))
     statuses, off = each_of(data), float(data.attrs.get("error", nan))
     print_written(
-        [folder], as_json, [*notes, *said, *missing], statuses=dict(Counter(statuses)), error=off, seconds=took
+        [folder], as_json, [*notes, *remarked, *missing], statuses=dict(Counter(statuses)), error=off, seconds=took
     )
     if "planned" in data.attrs:
         warn(kept_promise(data.attrs["planned"], (took, data.attrs["reached"]), off))
@@ -260,7 +260,7 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     processes = processes if dask is None else cluster_size(dask)
     begun = process_time()
 
-    def beside() -> float:
+    def extra() -> float:
         """Return the seconds before the first case, and of what a run imports at its end."""
         import xarray as xr
 
@@ -276,7 +276,7 @@ def _plan(study: Study, output: Path | None, processes: int, dask: str | None) -
     if output is not None:
         claim(output, study)
     with nullcontext() if output is None else opened(output) as cases:
-        found = forecast(study, cases, beside=beside, told=tell)
+        found = forecast(study, cases, extra=extra, report=tell)
         if cases is not None:
             note(found, cases)
     print_table(plan_table(found, study.name, processes, cluster=dask is not None))

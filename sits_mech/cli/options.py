@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
-_TOLD = 5  # slips of a scene, one line each; of more, their number
+_LINES = 5  # slips of a scene, one line each; of more, their number
 app = App(
     name="sits-mech", version=__version__, suppress_keyboard_interrupt=False,
     help="Force in, inductance out: soft inductive tactile sensors. With --quiet a command tells errors alone, with -v "
@@ -94,10 +94,10 @@ class Overrides:
         """Say on stderr what is implausible, or refuse it; raise SceneError with the first line then."""
         if lines and self.strict:
             raise SceneError(f"{where}: {lines[0]}")
-        for line in lines[:_TOLD]:
+        for line in lines[:_LINES]:
             warn(f"{where}: {line}")
-        if len(lines) > _TOLD:
-            warn(f"{where}: implausible: {len(lines) - _TOLD} more numbers")
+        if len(lines) > _LINES:
+            warn(f"{where}: implausible: {len(lines) - _LINES} more numbers")
 
     def check_bare(self, options: Sequence[str]) -> None:
         """Refuse options of the command line that give a length without a unit, unless asked for SI."""

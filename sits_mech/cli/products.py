@@ -185,28 +185,28 @@ def design(
         raise SceneError("--output: must be a folder for the answer and solved designs; it is missing")
     if preview:
         with progress_bar("designs") as progress:
-            seen = previewed(asked, folder=cases_folder(prepare_folder(output)), told=_teller(progress))
+            seen = previewed(asked, folder=cases_folder(prepare_folder(output)), report=_reporter(progress))
         answer(preview_record(seen), [preview_table(seen)], as_json)
         return 0
     with workers(processes) as executor, progress_bar("designs") as progress:
         cases = cases_folder(prepare_folder(output))
-        found = designed(asked, folder=cases, most=most, told=_teller(progress), executor=executor)
+        found = designed(asked, folder=cases, most=most, report=_reporter(progress), executor=executor)
     missed = write_design(asked, found, output)
     answer(design_record(found), design_tables(asked, found), as_json)
     warn(*found.notes, *missed, f"written to {output}")
     return 0 if found.feasible else 3
 
 
-def _teller(progress: Callable[[int, int], None]) -> Callable[[int, int, str], None]:
+def _reporter(progress: Callable[[int, int], None]) -> Callable[[int, int, str], None]:
     """Return what moves a bar on a terminal, and writes a line for each solved design elsewhere."""
 
-    def told(done: int, all_: int, words: str) -> None:
+    def report(done: int, all_: int, words: str) -> None:
         """Tell of a solved design."""
         progress(done, all_)
         if not sys.stderr.isatty():
             warn(f"{done} of about {all_}: {words}")
 
-    return told
+    return report
 
 
 @app.command
@@ -268,8 +268,8 @@ def studio(
 
         read_requirements(required)
         text, named = required.read_text(encoding="utf-8"), str(read_toml(required)["scene"])
-        beside = required.parent / named
-        scene = scene or (str(beside) if beside.is_file() else named)
+        neighbour = required.parent / named
+        scene = scene or (str(neighbour) if neighbour.is_file() else named)
     scene = scene or _FIRST
     design = Path(scene) / "recommended.toml"
     source = str(design) if design.is_file() else scene

@@ -59,7 +59,7 @@ def pose(
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
-    from sits_mech.chain.simulate import at_rest, beside_omissions, mechanical_omissions, rest_flags
+    from sits_mech.chain.simulate import at_rest, mechanical_omissions, rest_flags, within_omissions
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table
@@ -67,7 +67,7 @@ def pose(
     with solving(sensor, loads, tolerance, mechanics, None):
         layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
         left_out = mechanical_omissions(sensor, choice.name, loads[-1:], bent=choice.bent)
-        layer = beside_omissions(layer, choice, tolerance, left_out)
+        layer = within_omissions(layer, choice, tolerance, left_out)
         found = at_rest(sensor, layer, loads[-1], left_out, via)
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(left_out)]

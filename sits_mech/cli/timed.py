@@ -84,10 +84,10 @@ def cycle(
         answer(loop_record(data), [loop_table(data)], as_json)
     else:
         with progress_bar("full cycle [%]") as progress:
-            beside = full_cycle(*asked, **asdict(models), progress=progress)
-        record = loop_record(beside) | {"cheap": difference_record(data, beside)}
-        answer(record, [loop_table(beside), difference_table(data, beside)], as_json)
-        data = beside
+            solved = full_cycle(*asked, **asdict(models), progress=progress)
+        record = loop_record(solved) | {"cheap": difference_record(data, solved)}
+        answer(record, [loop_table(solved), difference_table(data, solved)], as_json)
+        data = solved
     if output is not None:
         save_table(data, output)
         warn(f"written to {output}")

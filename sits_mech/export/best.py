@@ -21,7 +21,7 @@ def export_case(folder: Path, case: int, kinds: Sequence[str], place: Path) -> l
     for kind in kinds:
         if format_of(kind).inverts:
             check_enough(sensor.coils, varied(data))
-    said = write_calibration(sensor, data, prepare_folder(place, cases=False), layer=False)
+    notes = write_calibration(sensor, data, prepare_folder(place, cases=False), layer=False)
     for kind in kinds:
-        said += export(Source(sensor, data), kind, place / export_path(sensor, kind, None))[1]
-    return said
+        notes += export(Source(sensor, data), kind, place / export_path(sensor, kind, None))[1]
+    return notes

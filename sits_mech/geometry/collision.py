@@ -251,8 +251,8 @@ def placed_plates(sensor: Sensor, turns: Array, places: Array) -> list[PlacedPla
         lying, axes = lying_plate(part)
         drawn = part.loops and not part.is_turned
         windings = from_windings(part, sensor.coils) if drawn else smallest_gap(solid, coils)
-        beside = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(lying.extent))
-        anchor = min(beside, max(windings, _EASY * min(lying.extent)))
+        spacing = max(smallest_gap(solid, (*plates[:k], *plates[k + 1 :])), _CLOSE * min(lying.extent))
+        anchor = min(spacing, max(windings, _EASY * min(lying.extent)))
         gap = np.minimum(anchor, separation(moving[0], solid)) if moving else np.array([anchor])
         turn = solid.turns[:, :, axes]
         fixed = solid.name, lying, turn, solid.places - turn[:, :, 2] * lying.thickness / 2

@@ -67,7 +67,7 @@ def ends_of_plates(sensor: Sensor, pose: Pose, found: Impedance) -> Ends | None:
             more[3, own] = (space.error_R + _MISSED * largest(space.R)) * ratio
     except (SolveFailed, ValueError):
         return None
-    more = _told(more)
+    more = _three_digits(more)
     change = np.abs(L - found.L0).max(axis=(1, 2))
     own_L = np.diagonal(np.abs(more[0]) + more[2], axis1=1, axis2=2).max(axis=1)
     size = float(np.max(own_L / np.where(change > 0.0, change, np.inf), initial=0.0))
@@ -81,7 +81,7 @@ def _in_space(sensor: Sensor, poses: tuple[float, ...], frequency: float) -> Imp
     return sheets(sensor, ROUGH).impedance(Pose.of(np.array(poses).reshape(-1, len(POSE))), frequency)
 
 
-def _told(values: Array) -> Array:
+def _three_digits(values: Array) -> Array:
     """Round to three digits: the estimate has no more, and rounding of a batch does not show."""
     scale = 10.0 ** (np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values)))) - 2.0)
     return np.round(values / scale) * scale

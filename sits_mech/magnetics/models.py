@@ -43,8 +43,8 @@ _ROOM = "sits_mech.magnetics."
 
 def _in_section(model: str, refusal: str, sensor: Sensor, question: Question) -> Refusal | None:
     """Return why a model in section does not hold: what leaves the plane, or its own `refusal` of the scene."""
-    if beside := question.out_of_plane:
-        return Refusal(", ".join(beside), f"be zero for {model}, which is plane", "other values")
+    if nonzero := question.out_of_plane:
+        return Refusal(", ".join(nonzero), f"be zero for {model}, which is plane", "other values")
     return _by(refusal, sensor, question)
 
 

@@ -84,7 +84,7 @@ class Reduced:
     """
 
     diagonal: Array  # (m,) of T [s]
-    beside: Array  # (m - 1,)
+    off_diagonal: Array  # (m - 1,)
     coupling: Array  # (n, m) W: what a unit of each field function induces [sqrt(W) / (V s) per unit]
     highest: float = np.inf  # angular frequency up to which the elements resolve the skin depth [rad/s]
 
@@ -108,7 +108,7 @@ class Reduced:
         m = self.diagonal.size
         bands = np.ones((3, m), dtype=complex)
         bands[1] += 1j * omega * self.diagonal
-        bands[0, 1:] = bands[2, :-1] = 1j * omega * self.beside
+        bands[0, 1:] = bands[2, :-1] = 1j * omega * self.off_diagonal
         flat = induced.reshape(-1, m)
         if not flat.size:
             return np.zeros(induced.shape, dtype=complex)
@@ -156,7 +156,7 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     potrf, sygst, sytrd, ormqr = lapack
     C = _done(potrf(np.asfortranarray(R), lower=1))
     S = _done(sygst(np.asfortranarray(L), C, lower=1))
-    S, diagonal, beside, tau, _ = sytrd(S, lower=1, lwork=_BLOCK * len(S), overwrite_a=1)
+    S, diagonal, off_diagonal, tau, _ = sytrd(S, lower=1, lwork=_BLOCK * len(S), overwrite_a=1)
     W = solve_triangular(C, B.conj().T, lower=True, check_finite=False)
     if len(S) > 1:
         way = "C" if np.iscomplexobj(R) else "T"
@@ -164,8 +164,8 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     W = W.conj().T
     if np.iscomplexobj(W):
         W = np.hstack([W.real, W.imag]) * np.sqrt(weight)
-        diagonal, beside = np.tile(diagonal, 2), np.concatenate([beside, [0.0], beside])
-    return Reduced(diagonal, beside, W, highest)
+        diagonal, off_diagonal = np.tile(diagonal, 2), np.concatenate([off_diagonal, [0.0], off_diagonal])
+    return Reduced(diagonal, off_diagonal, W, highest)
 
 
 def _done(found: tuple[Any, int]) -> Any:

@@ -88,7 +88,7 @@ def lift_slopes(
     alone = sensor.model_copy(update={"conductors": ()})
     each = abs(_QUICK) * STEP * room(alone, pose) * np.diag(1.0 / sizes)
     lift = Lift(shapes, planes, np.concatenate([each, -each]))
-    model = replace(sheets(alone, _ROUGH).beside(alone, single=True), lift=lift)
+    model = replace(sheets(alone, _ROUGH).varied(alone, single=True), lift=lift)
     found = model.impedance(Pose.of(np.tile(pose.components, (len(lift.sizes), 1))), sensor.frequency)
     up, down = np.split(np.diagonal(found.L, axis1=1, axis2=2), 2)
     changed = up - down
@@ -154,7 +154,7 @@ def _coarse(model: Any) -> Sheets | None:
     model = inner_model(model)
     if not isinstance(model, Sheets) or model.single:
         return None
-    found = model.beside(model.sensor, single=True)
+    found = model.varied(model.sensor, single=True)
     return found if found.single else None
 
 

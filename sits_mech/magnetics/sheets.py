@@ -158,7 +158,7 @@ class Sheets:
         parts = placed_plates(self.sensor, rotation_matrix(pose.rotation), pose.centre)
         return replace(self, steady=tuple((tuple(gap.tolist()), anchor) for gap, anchor in self._gaps(parts)[0]))
 
-    def beside(self, sensor: Sensor, *, single: bool = False) -> Sheets:
+    def varied(self, sensor: Sensor, *, single: bool = False) -> Sheets:
         """Return the model of a scene that differs a little, divided alike where that can be; for `like` and `single`.
 
         Of outlines, and of plates that answer each other, each scene has divisions of its own.

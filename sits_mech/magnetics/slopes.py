@@ -93,17 +93,17 @@ class _Asked:
 
     def answer(self, sensor: Sensor, *, single: bool = False) -> tuple[Array, Array]:
         """Return L and R of its scene or of another."""
-        found = self.beside(sensor, single=single).impedance(Pose.of(self.rows), self.frequency)
+        found = self.varied(sensor, single=single).impedance(Pose.of(self.rows), self.frequency)
         return found.L, found.R
 
-    def beside(self, sensor: Sensor, *, single: bool = False) -> Any:
+    def varied(self, sensor: Sensor, *, single: bool = False) -> Any:
         """Return the model of its scene or of another, divided alike where that can be."""
         sheets = isinstance(self.model, Sheets)
-        return self.model.beside(sensor, single=single) if sheets else replace(self.model, sensor=sensor)
+        return self.model.varied(sensor, single=single) if sheets else replace(self.model, sensor=sensor)
 
     def free(self, sensor: Sensor) -> Array:
         """Return L0 of another scene."""
-        return np.asarray(self.beside(sensor).impedance(Pose.of(np.zeros((0, len(POSE)))), self.frequency).L0)
+        return np.asarray(self.varied(sensor).impedance(Pose.of(np.zeros((0, len(POSE)))), self.frequency).L0)
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ def _reaction(asked: _Asked, sensor: Sensor) -> Complex:
     shape = len(asked.rows), len(sensor.coils), len(sensor.coils)
     if sensor.target is None and not sensor.conductors:
         return np.zeros(shape, dtype=complex)
-    react = one_thread(asked.beside(sensor)._reaction)
+    react = one_thread(asked.varied(sensor)._reaction)
     return np.broadcast_to(react(Pose.of(asked.rows), asked.frequency).change, shape)
 
 
@@ -301,7 +301,7 @@ def _of_alike(asked: _Asked, length: _Length, centre: tuple[Array, Array]) -> Ar
 def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Array, Array], Sequence[float]]) -> Array:
     """Return derivatives and errors by a length that changes what is prepared (4, p, n, n); `known` L, R, changes."""
     sensor, (centre, largest) = asked.model.sensor, known
-    if getattr(asked.beside(next(iter(length.scenes.values()))), "like", None):
+    if getattr(asked.varied(next(iter(length.scenes.values()))), "like", None):
         return _of_alike(asked, length, centre)
     values = {0: centre}
     values |= {place: asked.answer(scene) for place, scene in length.scenes.items()}
@@ -312,9 +312,9 @@ def _of_plates(asked: _Asked, key: str, length: _Length, known: tuple[tuple[Arra
         values |= {place: asked.answer(length.scenes[place]) for place in sorted(new)}
         best, worst = _slope(length, values, largest)
     if worst > _USELESS:
-        said = f"slopes: by {key} the answers of {type(asked.model).__name__} jump by as much as they change"
+        words = f"slopes: by {key} the answers of {type(asked.model).__name__} jump by as much as they change"
         report = SolveReport("slopes", 0, len(values), 0.0, float(worst), 0.0, "not smooth")
-        raise SolveFailed(f"{said}; ask for a smaller tolerance, or for another model", report, half="magnetics")
+        raise SolveFailed(f"{words}; ask for a smaller tolerance, or for another model", report, half="magnetics")
     return best
 
 

@@ -30,7 +30,7 @@ from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.refine import refine
-from sits_mech.mechanics.pad.shapes import GRADING, beside_lines, graded, lines_through, low_corner, under_lines
+from sits_mech.mechanics.pad.shapes import GRADING, graded, lines_through, low_corner, outside_lines, under_lines
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
 from sits_mech.mechanics.pad.stack import covering, interfaces
 from sits_mech.mechanics.pressed import Level, followed, touch_forces
@@ -223,7 +223,7 @@ def _segment(length: float, covered: bool, singular: tuple[bool, bool], way: tup
         own = under_lines(half, *way)
         return half + np.concatenate([-own[:0:-1], own])
     if all(singular):
-        own = beside_lines(half, *way) if half > 1.0 else half * graded(*way)
+        own = outside_lines(half, *way) if half > 1.0 else half * graded(*way)
         return np.concatenate([own, length - own[-2::-1]])
-    own = beside_lines(length, *way)
+    own = outside_lines(length, *way)
     return own if singular[0] else length - own[::-1]

@@ -165,8 +165,8 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     history, given, crept = LoadHistory(history.time[solved], history.course[solved]), given[solved], crept[solved]
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
     pose, error = (Pose.of(np.array([getattr(each, name).components for each in found])) for name in ("pose", "error"))
-    told = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
-    iterations, errors, stretch = zip(*told, strict=True)
+    figures = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
+    iterations, errors, stretch = zip(*figures, strict=True)
     last = found[-1].report
     report = SolveReport(
         last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.process_time() - began,

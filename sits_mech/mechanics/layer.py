@@ -121,8 +121,8 @@ class PlanarLayer(Controlled):
         """Refuse what leaves the plane, or the axis."""
         if not self.axial:
             refuse_out_of_plane(self.name, control)
-        elif beside := [name for name, value in control.given.items() if value and name not in ("F_z", "sink")]:
-            names = ", ".join(beside)
+        elif others := [name for name, value in control.given.items() if value and name not in ("F_z", "sink")]:
+            names = ", ".join(others)
             raise ValueError(f"wrench: {names} must be zero for the model {self.name}, which takes F_z alone")
 
 

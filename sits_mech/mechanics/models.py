@@ -175,8 +175,8 @@ def _by_component(plane: Array) -> tuple[float, ...]:
 def _layered(model: str, sensor: Sensor, question: Question, *, rough: bool = True) -> Refusal | None:
     """Return why a model of strips does not hold a scene; `rough` tells whether it holds friction."""
     elastomer = sensor.elastomer
-    if beside := question.out_of_plane:
-        return Refusal(", ".join(beside), f"be zero for {model}, which is plane", "other values")
+    if others := question.out_of_plane:
+        return Refusal(", ".join(others), f"be zero for {model}, which is plane", "other values")
     if elastomer is None:
         return None
     if not rough and elastomer.friction > 0.0:
@@ -202,9 +202,9 @@ def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:
     """Return why a half meridian does not hold."""
     if refusal := coaxial_refusal(sensor):
         return refusal
-    beside = {name for load in question.loads for name, value in vars(load).items() if value and name != "F_z"}
-    if beside or not question.loads:
-        return Refusal("loads", "be F_z alone for axisymmetric", ", ".join(sorted(beside)) or "none")
+    others = {name for load in question.loads for name, value in vars(load).items() if value and name != "F_z"}
+    if others or not question.loads:
+        return Refusal("loads", "be F_z alone for axisymmetric", ", ".join(sorted(others)) or "none")
     return _hair(sensor, "axisymmetric")
 
 

@@ -229,9 +229,9 @@ def fault(code: float, part: Converter) -> str:
     Error flags stand above the code's bits; no frequency and one beyond the reference give zero and full scale.
     """
     whole, full = int(code), 2**part.bits - 1
-    told = [words for bit, words in part.flags if whole >> part.bits >> bit & 1]
-    if told or whole > full:
-        return f"the {part.name} flags {', '.join(told) or 'an error'}"
+    flagged = [words for bit, words in part.flags if whole >> part.bits >> bit & 1]
+    if flagged or whole > full:
+        return f"the {part.name} flags {', '.join(flagged) or 'an error'}"
     beyond = ", or its frequency is out of range" + " of the window of gain and offset" * (len(part.gains) > 1)
     if whole == full:
         return f"full scale: the coil is open or does not swing{beyond}"

@@ -265,8 +265,8 @@ def largest_rotation(data: xr.Dataset) -> dict[str, tuple[float, float]]:
             rate = abs(float(slope(data[shown], force).isel(at)))
             reach = 1.0 if name == force else abs(float(slope(data[place], force).isel(at)))
             unsure, turned = own_errors(data, signal), data.get(f"error_{short_name(signal)}_turned")
-            beside = 2.0 * unsure if turned is None else turned
-            errors = (float(beside.isel(at)), float(own_slope_error(data, signal, force).isel(at)))
+            by_turning = 2.0 * unsure if turned is None else turned
+            errors = (float(by_turning.isel(at)), float(own_slope_error(data, signal, force).isel(at)))
             value = float(size.isel(at))
             error = reach * _quotient_error(value / reach if reach > 0.0 else 0.0, rate, errors)
             found[name] = (value, error + _moved(abs(shifted[f"{name}_error"].isel(at)), value))

@@ -210,6 +210,6 @@ def joined_words(text: str) -> str:
 
 def with_words(data: xr.Dataset) -> xr.Dataset:
     """Return a table with its notes on each row, in variables that begin with "notes", in words."""
-    said = np.vectorize(joined_words, otypes=[object])
+    in_words = np.vectorize(joined_words, otypes=[object])
     kept = [name for name in data.data_vars if str(name).startswith("notes")]
-    return data.assign({name: (data[name].dims, said(data[name].to_numpy().astype(object))) for name in kept})
+    return data.assign({name: (data[name].dims, in_words(data[name].to_numpy().astype(object))) for name in kept})

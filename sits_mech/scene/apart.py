@@ -90,7 +90,7 @@ def from_windings(part: Conductor, coils: Sequence[Coil]) -> float:
     plate, nearest = _conductor(part), math.inf
     for piece in (piece for coil in coils for piece in _layers(coil)):
         up = max(piece.bottom - plate.top, plate.bottom - piece.top, 0.0)
-        nearest = min(nearest, math.hypot(up, max(gap_beside(plate, piece), 0.0)))
+        nearest = min(nearest, math.hypot(up, max(gap_in_plan(plate, piece), 0.0)))
     return nearest
 
 
@@ -146,9 +146,9 @@ def _check_clear(part: Prism, other: Prism) -> None:
     turned = part.box is not None or other.box is not None
     height = float(separation(_box(part), _box(other))[0]) if turned else _above(part, other)
     slack = SLACK * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
-    if height > slack or (beside := -math.inf if turned else gap_beside(part, other)) > slack:
+    if height > slack or (aside := -math.inf if turned else gap_in_plan(part, other)) > slack:
         return
-    depth = -max(height, beside)
+    depth = -max(height, aside)
     how = f"overlaps it by {mm(depth, 3)}" if depth > slack else "touches it"
     raise SceneError(
         f"{part.name} must be clear of {other.name}, which reaches from z = {mm(other.bottom)} to {mm(other.top)}; got "
@@ -167,7 +167,7 @@ def _box(part: Prism) -> BoxedPart:
     return part.box or BoxedPart.level(part.name, size, middle)
 
 
-def gap_beside(first: Prism, second: Prism) -> float:
+def gap_in_plan(first: Prism, second: Prism) -> float:
     """Return the distance of two parts seen from above; negative where they overlap, by how much at least [m]."""
     import shapely
 
@@ -202,8 +202,8 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
     """Refuse coils that overlap."""
     reach = (coil.track_thickness + other.track_thickness) / 2
     shared = [z for z in coil.heights if any(abs(z - level) * (1.0 + SLACK) < reach for level in other.heights)]
-    beside = gap_beside(_layers(coil)[0], _layers(other)[0])
-    if not shared or beside > 0.0:
+    aside = gap_in_plan(_layers(coil)[0], _layers(other)[0])
+    if not shared or aside > 0.0:
         return
     names = f"coils.{coil.name} and coils.{other.name}"
     if coil.shape == other.shape == "circle":
@@ -216,17 +216,17 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
     elif coil.shape == other.shape == "path":
         for z in shared:
             _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
-    elif -beside > SLACK * max(*coil.extent, *other.extent):
-        what, by = _met(coil, other, beside)
+    elif -aside > SLACK * max(*coil.extent, *other.extent):
+        what, by = _met(coil, other, aside)
         raise SceneError(
             f"{names} overlap: the {what} them must be clear of each other in every layer; they overlap{by} at "
             f"z = {mm(shared[0])}"
         )
 
 
-def _met(coil: Coil, other: Coil, beside: float) -> tuple[str, str]:
+def _met(coil: Coil, other: Coil, aside: float) -> tuple[str, str]:
     """Return which edges of two coils meet, and by how much where that is known."""
-    return ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-beside, 3)}")
+    return ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-aside, 3)}")
 
 
 def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:

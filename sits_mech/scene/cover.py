@@ -105,8 +105,8 @@ def _room(target: Target, elastomer: Elastomer) -> float:
     """Return the largest overhang that a pad has room for [m]; infinite of a flush target, not above 0 of a wider."""
     (a, b), (A, B) = ([0.5 * size for size in part.extent] for part in (target, elastomer))
     if target.is_round == elastomer.is_round:
-        beside = ((A - a) / A, A - a), ((B - b) / B, B - b)
-        return min((gap for share, gap in beside if abs(share) > SLACK), default=math.inf)
+        margins = ((A - a) / A, A - a), ((B - b) / B, B - b)
+        return min((gap for share, gap in margins if abs(share) > SLACK), default=math.inf)
     if target.is_round:
         return _CLEAR * (min(A, B) - a)
     return _CLEAR * 0.5 * (math.sqrt(max(2.0 * A**2 - (a - b) ** 2, 0.0)) - a - b)  # a corner on the circle

@@ -30,7 +30,7 @@ from sits_mech.units import millimetres as mm
 Shape = Literal["box", "cylinder", "pillars"]
 Place = tuple[float, float]
 _OF_EACH = ("material", "thickness", "free_stretch")  # keys of one silicone, which layers have each
-NOT_BESIDE = dict.fromkeys(_OF_EACH, "each of which has its own") | {
+NOT_WITH_LAYERS = dict.fromkeys(_OF_EACH, "each of which has its own") | {
     "edge_radius": "whose edges are sharp", "mesh": "which are meshed here",
 }
 """Keys that a pad of layers may not have, and why."""
@@ -129,7 +129,7 @@ class Elastomer(BaseModel):
         layers = given.get("layers") if isinstance(given, Mapping) else None
         if not layers:
             return given
-        for key, why in NOT_BESIDE.items():
+        for key, why in NOT_WITH_LAYERS.items():
             if given.get(key) is not None:
                 raise SceneError(f"{key} must be left out beside layers, {why}; got {shown(given[key])}")
         each = layers if isinstance(layers, list | tuple) else ()

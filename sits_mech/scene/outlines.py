@@ -138,15 +138,15 @@ def read_mesh(path: str | Path) -> Any:
     """Read a mesh by meshio; raise SceneError where meshio would print its reason and end the program."""
     import meshio
 
-    said = io.StringIO()
+    printed = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
             return meshio.read(path)
     except ModuleNotFoundError as error:
         what = f"must be read with {error.name}: pip install {error.name}, or save it as .msh"
         raise SceneError(f"{path}: {what}; got no {error.name}") from None
     except (Exception, SystemExit) as error:  # a reader of damaged files raises anything
-        reason = " ".join((str(error) if not isinstance(error, SystemExit) else said.getvalue()).split())
+        reason = " ".join((str(error) if not isinstance(error, SystemExit) else printed.getvalue()).split())
         came = printable(reason) or type(error).__name__
         raise SceneError(f"{path}: must be a mesh file that meshio reads, such as .msh; got: {came}") from None
 

@@ -102,7 +102,7 @@ class Parameter:
         return found
 
     @cached_property
-    def _beside(self) -> dict[int, Sensor]:
+    def _perturbed(self) -> dict[int, Sensor]:
         """Scenes for derivatives of second order."""
         return self.scenes((1, -1, 2, -2))
 
@@ -111,11 +111,11 @@ class Parameter:
 
         Raises SceneError where there is none on either side.
         """
-        h, there = self.step, {place: sensor for place, sensor in self._beside.items() if alike(sensor)}
+        h, there = self.step, {place: sensor for place, sensor in self._perturbed.items() if alike(sensor)}
         for rule in SECOND_ORDER:
-            beside = {m: share / h for m, share in rule.shares.items() if m}
-            if beside.keys() <= there.keys():
-                places = tuple(Perturbation(there[m], m * h, weight) for m, weight in beside.items())
+            shares = {m: share / h for m, share in rule.shares.items() if m}
+            if shares.keys() <= there.keys():
+                places = tuple(Perturbation(there[m], m * h, weight) for m, weight in shares.items())
                 return SceneStencil(places, rule.shares[0] / h)
         raise SceneError(f"{self.name}: must be a number that can be changed a little; no scene of this kind is beside")
 

@@ -272,7 +272,7 @@ def scene_tables(source: str | Path, overrides: Sequence[str] = ()) -> dict[str,
     return overridden(_found(read_toml(path), path.parent), overrides)
 
 
-def load_beside(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sensor:
+def load_from(folder: Path, source: str, overrides: Sequence[str] = ()) -> Sensor:
     """Read a sensor from a scene file in the folder of a file that names it, or else as `load_sensor` does."""
     place = folder / source
     return load_sensor(place if place.is_file() else source, overrides)

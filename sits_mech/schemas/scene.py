@@ -16,7 +16,7 @@ from sits_mech.inputs import quantity_schema
 from sits_mech.scene.cells import Cell
 from sits_mech.scene.coils import SHAPES, Coil
 from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import NOT_BESIDE, Elastomer, Layer
+from sits_mech.scene.elastomer import NOT_WITH_LAYERS, Elastomer, Layer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
@@ -41,8 +41,8 @@ def scene_schema() -> Schema:
     for name in ("Target", "Conductor"):
         needed = [key for key in found[name]["required"] if key != "load_height"]
         found[name] |= {"required": needed, "allOf": _shapes(_PLATE)}
-        said = found[name]["properties"]["material"].get("description")
-        found[name]["properties"]["material"] = {"enum": list(metals())} | ({"description": said} if said else {})
+        text = found[name]["properties"]["material"].get("description")
+        found[name]["properties"]["material"] = {"enum": list(metals())} | ({"description": text} if text else {})
     found["Target"]["properties"] |= {
         "mesh": {"type": "string", "description": 'File of a mesh whose border is the outline; of shape "outline".'},
         "mesh_group": {"type": "string", "default": "target", "description": "Group of cells in that file."},
@@ -51,12 +51,12 @@ def scene_schema() -> Schema:
     found["Target"]["allOf"].append(_if("outline", {"anyOf": [points, mesh]}))
     found["Conductor"]["allOf"].append(_if("outline", points))
     centre = quantity_schema("m", minimum=-1e3, maximum=1e3)
-    said = {"description": "x, z or x, y, z of the plate's middle [m]."}
-    found["Conductor"]["properties"]["centre"] = list_schema(centre, minItems=2, maxItems=3) | said
+    text = {"description": "x, z or x, y, z of the plate's middle [m]."}
+    found["Conductor"]["properties"]["centre"] = list_schema(centre, minItems=2, maxItems=3) | text
     for name in ("Cover", "Elastomer", "Layer"):
         found[name]["properties"]["material"] = {"$ref": "#/$defs/Silicone"}
     several = {"properties": {"layers": {"minItems": 1}}, "required": ["layers"]}
-    without = {"properties": dict.fromkeys(NOT_BESIDE, False)}
+    without = {"properties": dict.fromkeys(NOT_WITH_LAYERS, False)}
     layered = {"if": several, "then": without, "else": {"required": ["material", "thickness"]}}
     found["Elastomer"] |= {"required": [], "allOf": [layered, *_shapes(_LAYER)]}
     found |= {"Silicone": _silicone(), **material_table("neo-hookean").model_json_schema()["$defs"]}
@@ -137,10 +137,10 @@ def attributes(kind: type) -> dict[str, str]:
 
 def with_descriptions(schema: Mapping[str, Any], kind: type) -> dict[str, Any]:
     """Return an object's schema with what the docstring of its class says of the keys, and of it."""
-    said = attributes(kind)
+    text = attributes(kind)
     properties = {
         key: {name: item for name, item in entry.items() if name != "title"}
-        | ({"description": said[key]} if key in said else {})
+        | ({"description": text[key]} if key in text else {})
         for key, entry in schema["properties"].items()
     }
     first = (inspect.getdoc(kind) or "").partition("\n")[0]

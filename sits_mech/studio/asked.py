@@ -161,8 +161,8 @@ def _row(each: Figure, solved: bool) -> str:
 def _bar(size: float, error: float, colour: str) -> str:
     """Return the bar of a figure over its limit, with its error."""
     ends = [100.0 * min(max(share, 0.0), _WIDEST) for share in (size, size - error, size + error)]
-    said = f"{100.0 * size:.3g} % of the limit"
-    return _BAR.format(size=ends[0], low=ends[1], high=ends[2], colour=colour, words=said)
+    part = f"{100.0 * size:.3g} % of the limit"
+    return _BAR.format(size=ends[0], low=ends[1], high=ends[2], colour=colour, words=part)
 
 
 def at_a_glance(

@@ -69,20 +69,20 @@ class Form:
 
     def _field(self, key: str, value: Any) -> None:
         """Make the field of a key: a choice where there is one, its unit beside it, what it means on top."""
-        said, name = form_entry(key), key.rpartition(".")[2]
+        about, name = form_entry(key), key.rpartition(".")[2]
         written = json.dumps(value) if isinstance(value, str) else str(value)
         if len(written) > _LONG:
             return
-        if "enum" in said and isinstance(value, str):
-            field: Any = ui.select(list(said["enum"]), label=name, value=value)
+        if "enum" in about and isinstance(value, str):
+            field: Any = ui.select(list(about["enum"]), label=name, value=value)
             field.on_value_change(lambda event: self._types(key, field, json.dumps(event.value)))
         else:
-            field = ui.input(name, value=written).props(f'suffix="{said.get("x-unit", "")}"')
+            field = ui.input(name, value=written).props(f'suffix="{about.get("x-unit", "")}"')
             field.on("change", lambda: self._types(key, field, str(field.value)))
         field.classes("w-full").props("dense")
-        ends = f" From {said['minimum']:g} to {said['maximum']:g}." if {"minimum", "maximum"} <= said.keys() else ""
-        if said.get("description") or ends:
-            field.tooltip(f"{said.get('description', '')}{ends}")
+        ends = f" From {about['minimum']:g} to {about['maximum']:g}." if {"minimum", "maximum"} <= about.keys() else ""
+        if about.get("description") or ends:
+            field.tooltip(f"{about.get('description', '')}{ends}")
 
     def _slider(self, key: str, words: str, value: float) -> None:
         """Make a slider from half of a number to twice of it."""
@@ -150,10 +150,10 @@ def form_entry(key: str) -> dict[str, Any]:
         found = [node["items"] for node in nodes if "items" in node] if part.isdigit() else [
             node["properties"][part] for node in nodes if part in node.get("properties", {})
         ]
-    said: dict[str, Any] = {}
+    about: dict[str, Any] = {}
     for node in (node for each in found for node in _nodes(each)):
-        said = node | said
-    return said
+        about = node | about
+    return about
 
 
 def _nodes(node: dict[str, Any]) -> Iterator[dict[str, Any]]:

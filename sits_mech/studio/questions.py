@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sits_mech.synthesis.required.requirements import Requirements
 
 _ACROSS = 5  # loads along each force of the studio's table
-Told = Callable[..., None]
+Report = Callable[..., None]
 """Called with how far an answer is: done, of how many, and where there are some, words."""
 
 
@@ -54,14 +54,14 @@ class StudioQuestion(ABC):
         return dict(zip(("mechanics", "magnetics", "tolerance"), self.models, strict=True))
 
     @abstractmethod
-    def answer(self, told: Told) -> Any:
+    def answer(self, report: Report) -> Any:
         """Return the answer."""
 
 
 class Borne(StudioQuestion):
     """Which of the loads that `calibrate` takes by default does the pad bear? Of no loads; answers with ranges."""
 
-    def answer(self, told: Told) -> dict[str, tuple[float, float]]:
+    def answer(self, report: Report) -> dict[str, tuple[float, float]]:
         """Return the ends of their ranges."""
         from sits_mech.analysis.envelope import borne_share
         from sits_mech.quantities import Wrench
@@ -75,12 +75,12 @@ class Borne(StudioQuestion):
 class TableQuestion(StudioQuestion):
     """What does the sensor show?"""
 
-    def answer(self, told: Told) -> xr.Dataset:
+    def answer(self, report: Report) -> xr.Dataset:
         """Return the table of `calibrate`."""
         from sits_mech.chain.calibrate import calibrate
 
         axes: dict[str, Any] = {name: list(values) for name, values in self.loads}
-        return _kept(self, lambda: calibrate(self.sensor, **axes, **self._options, progress=told))
+        return _kept(self, lambda: calibrate(self.sensor, **axes, **self._options, progress=report))
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class SlopesQuestion(StudioQuestion):
         """The numbers."""
         return self.numbers
 
-    def answer(self, told: Told) -> xr.Dataset:
+    def answer(self, report: Report) -> xr.Dataset:
         """Return the derivatives."""
         from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 
@@ -113,7 +113,7 @@ class Figures(StudioQuestion):
         asked = self.asked
         return str((asked.loads, asked.overload, asked.limits, asked.tolerance, asked.goal, asked.least_yield)),
 
-    def answer(self, told: Told) -> Any:
+    def answer(self, report: Report) -> Any:
         """Return task and answer, as `design` solves one of its designs."""
         from sits_mech.synthesis.required.space import Design, Space
         from sits_mech.synthesis.solved.solve import Solver
@@ -135,11 +135,11 @@ class SearchQuestion(StudioQuestion):
         """The requirements."""
         return self.asked.identity,
 
-    def answer(self, told: Told) -> Any:
+    def answer(self, report: Report) -> Any:
         """Return the answer of `design`."""
         from sits_mech.synthesis.run import design
 
-        return design(self.asked, folder=self.folder, told=told)
+        return design(self.asked, folder=self.folder, report=report)
 
 
 def ends_to(name: str, most: float) -> tuple[float, float]:

@@ -42,7 +42,7 @@ SLIDERS = {
 """Keys with a slider, where the scene gives them."""
 _SLOPED = ("elastomer.thickness", "elastomer.width", "elastomer.diameter", "target.width", "target.diameter")
 _OPTIONS = {name: option for option, name in LOAD_ARGUMENTS.items()}
-BESIDE = (0.88, 1.14)
+NEIGHBOURS = (0.88, 1.14)
 """Of a number that was moved: tables made while nobody waits, so that its preview is good."""
 Kind = Literal["drawing", "preview", "solved"]
 
@@ -263,7 +263,7 @@ class Session:
             value = numbers_of(self.sensor)[self.moved]
             start = value if base is None else base.numbers.get(self.moved, value)
             root = self.sensor if base is None else base.sensor
-            found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in BESIDE]
+            found += [self.question(changed(root, [f"{self.moved}={share * start!r}"])) for share in NEIGHBOURS]
         return found
 
     @property
@@ -292,9 +292,9 @@ class Session:
     def _heard(self, question: StudioQuestion, kind: str, what: Any) -> None:
         """Hand over what the solver says in its thread; a tab that is gone hears nothing."""
         with suppress(RuntimeError):
-            self.later(self._told, question, kind, what)
+            self.later(self._answered, question, kind, what)
 
-    def _told(self, question: StudioQuestion, kind: str, what: Any) -> None:
+    def _answered(self, question: StudioQuestion, kind: str, what: Any) -> None:
         """Take what the solver says."""
         if isinstance(question, SearchQuestion):
             self._searched(kind, what)

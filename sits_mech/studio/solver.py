@@ -26,7 +26,7 @@ from sits_mech.studio.questions import StudioQuestion
 
 _KEPT = 40  # answers in memory, at most
 _PATIENCE = 3.0  # seconds that an answer has to be interrupted: no factor of the catalogue's pads takes half of it
-_SAID = 0.5  # seconds between two lines of what is solved
+_LINE_EVERY = 0.5  # seconds between two lines of what is solved
 _POLL = 0.05  # seconds between two looks at the solving process
 
 
@@ -66,7 +66,7 @@ class _Wish:
     tab: str
     question: StudioQuestion
     urgent: bool
-    told: Callable[[str, Any], None]
+    send: Callable[[str, Any], None]
     stopped: threading.Event = field(default_factory=threading.Event)
 
 
@@ -93,14 +93,14 @@ def work(pipe: Connection, stops: Connection) -> None:
                         now[0] = 0
                         interrupt_main()
 
-    def told(*how_far: Any, kind: str = "progress") -> None:
+    def send(*how_far: Any, kind: str = "progress") -> None:
         """Say how far it is."""
         with lock:
             pipe.send((kind, how_far))
 
     log = logging.getLogger("sits_mech")
     log.setLevel(logging.INFO)
-    log.addHandler(_Sender(partial(told, kind="step")))
+    log.addHandler(_Sender(partial(send, kind="step")))
     threading.Thread(target=follow, daemon=True).start()
     with suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
         while True:
@@ -108,7 +108,7 @@ def work(pipe: Connection, stops: Connection) -> None:
             try:
                 with lock:
                     now[0] = number
-                found: tuple[str, Any] = "done", question.answer(told)
+                found: tuple[str, Any] = "done", question.answer(send)
             except (ValueError, ArithmeticError, MemoryError, OSError, SolveFailed) as error:
                 found = "failed", " ".join(str(error).split())
             except KeyboardInterrupt:
@@ -124,7 +124,7 @@ def work(pipe: Connection, stops: Connection) -> None:
 
 
 class _Sender(logging.Handler):
-    """Send what solvers log, a line in `_SAID` seconds at most."""
+    """Send what solvers log, a line in `_LINE_EVERY` seconds at most."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
         super().__init__()
@@ -133,7 +133,7 @@ class _Sender(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Send a line, unless the last one was a moment ago."""
         if (now := time.monotonic()) >= self._next:
-            self._next = now + _SAID
+            self._next = now + _LINE_EVERY
             self._send(record.getMessage())
 
 
@@ -155,11 +155,11 @@ class SolverProcess:
 
     def ask(
         self, tab: str, questions: Sequence[tuple[StudioQuestion, bool]],
-        told: Callable[[StudioQuestion, str, Any], None]
+        send: Callable[[StudioQuestion, str, Any], None]
     ) -> None:
         """Replace what a tab wants: questions in their order, those that are urgent before others' that are not.
 
-        `told` is called, in a thread of its own, with "started", "progress", "step", "done" or "failed" and what there
+        `send` is called, in a thread of its own, with "started", "progress", "step", "done" or "failed" and what there
         is to say.
         """
         with self._changed:
@@ -170,7 +170,7 @@ class SolverProcess:
             self._wishes = [wish for wish in self._wishes if wish.tab != tab or wish.question.key in wanted]
             there = {wish.question.key for wish in self._wishes if wish.tab == tab}
             self._wishes += [
-                _Wish(tab, question, urgent, partial(told, question)) for question, urgent in questions
+                _Wish(tab, question, urgent, partial(send, question)) for question, urgent in questions
                 if question.key not in there
             ]
             if any(urgent for _, urgent in questions):  # what nobody waits for makes room
@@ -208,7 +208,7 @@ class SolverProcess:
                 others = [each for each in self._wishes if each.question.key == wish.question.key]
                 self._wishes = [each for each in self._wishes if each.question.key != wish.question.key]
             for each in others:
-                each.told(kind, what)
+                each.send(kind, what)
 
     def _answer(self, wish: _Wish) -> tuple[str, Any]:
         """Return "done", "failed" or "stopped" and what came."""
@@ -216,7 +216,7 @@ class SolverProcess:
         if key in self.kept:
             self.kept.move_to_end(key)
             return "done", self.kept[key]
-        wish.told("started", None)
+        wish.send("started", None)
         try:
             kind, what = self._conversed(wish)
         except (EOFError, OSError):  # it was killed from outside
@@ -242,7 +242,7 @@ class SolverProcess:
                 kind, what = pipe.recv()
                 if kind not in ("progress", "step"):
                     return kind, what
-                wish.told(kind, what)
+                wish.send(kind, what)
             elif asked_to_stop and time.monotonic() > asked_to_stop + _PATIENCE:
                 self._end()
                 return "stopped", None

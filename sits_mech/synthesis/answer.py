@@ -127,7 +127,7 @@ class DesignAnswer:
         return f"{'every limit holds' if self.feasible else 'no solved design holds every limit'}{open_}"
 
 
-def said_of(task: Task, found: Answered) -> str:
+def words_of(task: Task, found: Answered) -> str:
     """Return the figures of a solved design that are asked for, for a reader, and which limits they exceed."""
     if not found.carried:
         return found.reason
@@ -255,8 +255,8 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
     every, words = [best, *found], list[str]()
     titles = _titles(task, every, space)
     for k, each in enumerate(found, 1):
-        said = titles.get(k, []) + [f"{name} within its error" for name in task.undecided(each)]
-        words.append(space.words(each.design) + (f" ({', '.join(said)})" if said else ""))
+        remarks = titles.get(k, []) + [f"{name} within its error" for name in task.undecided(each)]
+        words.append(space.words(each.design) + (f" ({', '.join(remarks)})" if remarks else ""))
     return (*words, *([_apart(task, every)] if found else []))
 
 

@@ -40,7 +40,7 @@ _BEGUN = 4.0  # seconds of what a process imports and prepares once
 _ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/prices.py)
 _COMPARED = 2 * 1.7  # times that: two loads of a finer table on a third mesh, that takes 1.7 of two (chain/prices.py)
 _FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
-_BESIDE_PLATES = ("elastomer", "readout")  # parts of a scene that leave plates as they are prepared
+_NOT_OF_PLATES = ("elastomer", "readout")  # parts of a scene that leave plates as they are prepared
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ def plan_of(asked: Requirements) -> DesignPlan:
         np.mean([_seconds(one, point.design) for point in points], axis=0) for one in (solver, Solver(asked, FINE))
     )
     keys = (*asked.space.names, *asked.space.lists)
-    plates = solved if any(key.partition(".")[0] not in _BESIDE_PLATES for key in keys) else 1
+    plates = solved if any(key.partition(".")[0] not in _NOT_OF_PLATES for key in keys) else 1
     seconds = _BEGUN + (solved - 1) * each + (finer if asked.goal else each) + plates * coils
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}

@@ -32,8 +32,8 @@ from sits_mech.synthesis.answer import (
     held_shares,
     lost_values,
     made_share,
-    said_of,
     tied_with,
+    words_of,
 )
 from sits_mech.synthesis.around import Preview, landscape_of, preview_of, prices, sensitivities
 from sits_mech.synthesis.bounds import begin_again, begin_at, bounds_of, expected_designs, refused
@@ -47,14 +47,14 @@ _TRIES = 2  # round designs of a choice that are solved
 _FIRST = 3  # designs of a preview
 _FINALS = 3  # choices whose best designs are solved finer
 
-Told = Callable[[int, int, str], None]
+Report = Callable[[int, int, str], None]
 """Called with the number of designs solved, the most there will be, and the last one and its figures in words."""
 
 
 @checked_arguments
 def design(
     requirements: Requirements | Mapping[str, Any] | str | Path, *, folder: Path | None = None, most: int = MOST,
-    seed: int = 0, told: Told | None = None, executor: Executor | None = None,
+    seed: int = 0, report: Report | None = None, executor: Executor | None = None,
 ) -> DesignAnswer:
     """Return the best sensor for some requirements.
 
@@ -68,7 +68,7 @@ def design(
         Designs that the search solves at most.
     seed : int
         Of its starts.
-    told : callable, optional
+    report : callable, optional
         For progress.
     executor : Executor, optional
         Where the first designs of all choices are solved side by side; in this process by default. No answer depends on
@@ -94,7 +94,7 @@ def design(
     """
     check_most(most)
     asked = _asked(requirements)
-    run = _Run(asked, folder, most, told)
+    run = _Run(asked, folder, most, report)
     if executor is not None:
         run.begin_ahead(executor)
     search = run.search(most, seed)
@@ -129,12 +129,12 @@ def _causes(asked: Requirements, search: Search, best: Answered, lost: Sequence[
     return (*((beyond,) if beyond else ()), *causes(asked, search.task, best), *pairs)
 
 
-def previewed(requirements: Requirements, *, folder: Path | None = None, told: Told | None = None) -> Preview:
+def previewed(requirements: Requirements, *, folder: Path | None = None, report: Report | None = None) -> Preview:
     """Return what the first `_FIRST` designs of a search predict; `design` goes on from them.
 
     Raises SceneError as `design`.
     """
-    run = _Run(requirements, folder, _FIRST, told)
+    run = _Run(requirements, folder, _FIRST, report)
     search = run.search(_FIRST, 0)
     known = search.run()
     if not any(each.carried for each in known):
@@ -164,7 +164,7 @@ class _Run:
     asked: Requirements
     folder: Path | None
     most: int
-    told: Told | None
+    report: Report | None
     count: int = 0
     ahead: dict[Design, Future[Answered]] = field(default_factory=dict)
     last: Answered | None = None  # that was solved
@@ -197,9 +197,9 @@ class _Run:
         begun = self.ahead.pop(wanted, None) if tolerance == COARSE else None
         found = replace(self.coarse, tolerance=tolerance)(wanted) if begun is None else begun.result()
         self.count, self.last = self.count + 1, found
-        if self.told is not None:
-            words = f"{self.asked.space.words(wanted)}: {said_of(self.coarse.task, found)}"
-            self.told(self.count, max(self.count, min(self.most, expected_designs(self.asked))), words)
+        if self.report is not None:
+            words = f"{self.asked.space.words(wanted)}: {words_of(self.coarse.task, found)}"
+            self.report(self.count, max(self.count, min(self.most, expected_designs(self.asked))), words)
         return found
 
     def start(self, choice: tuple[int, ...], attempt: int) -> Array | Answered | None:

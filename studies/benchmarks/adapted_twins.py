@@ -116,8 +116,8 @@ def against_finer(sensor: Sensor, data: xr.Dataset, axes: dict[str, Any]) -> dic
     found = {}
     for name in ("d_h", "d_v", "alpha", "L"):
         off, error = data[name] - finer[name], data[f"error_{name}"]
-        told = error.to_numpy() > 1e-12 * float(np.abs(data[name]).max())
-        found[name] = float(np.sqrt(np.mean((off.to_numpy()[told] / error.to_numpy()[told]) ** 2)))
+        judged = error.to_numpy() > 1e-12 * float(np.abs(data[name]).max())
+        found[name] = float(np.sqrt(np.mean((off.to_numpy()[judged] / error.to_numpy()[judged]) ** 2)))
     return found
 
 
@@ -132,7 +132,7 @@ def as_known(prior: Prior, rng: np.random.Generator) -> dict[str, float]:
     }
 
 
-def told_again(prior: Prior, plan: LoadPlan, truth: Prior, seed: int) -> dict[str, Any]:
+def measured_again(prior: Prior, plan: LoadPlan, truth: Prior, seed: int) -> dict[str, Any]:
     """Return errors of held-out loads (m, d), what `invert` and `adapt` say of them [N], p; or why it was refused.
 
     `truth` is the sensor of a finer table, which shows what a unit's unknowns make of it.
@@ -166,15 +166,15 @@ def story(name: str, coarse: bool) -> dict[str, Any]:
     exact = finer(sensor, "" if layer is None else str(layer.material), ranges, VALUES + 2, 0.3 * ASKED)
     truth = prior_of(*exact, noise=METER).read_by(tank=False)
     plan = plan_loads(prior, count)
-    each = [told_again(prior, plan, truth, seed) for seed in range(3 if coarse else 30)]
+    each = [measured_again(prior, plan, truth, seed) for seed in range(3 if coarse else 30)]
     fit = [one for one in each if "refused" not in one]
     row = {"sensor": name, "units": len(each), "fit": len(fit), "doubted": sum(one["p"] < DOUBT for one in fit)}
-    off, said, by_adapt = (np.concatenate([one[key] for one in fit]) for key in ("off", "said", "adapt"))
+    off, stated, by_adapt = (np.concatenate([one[key] for one in fit]) for key in ("off", "said", "adapt"))
     for k, force in enumerate(prior.forces):
-        row[f"{force}, held [%]"] = 100.0 * float(np.mean(off[:, k] < said[:, k]))
+        row[f"{force}, held [%]"] = 100.0 * float(np.mean(off[:, k] < stated[:, k]))
         row[f"{force}, held by adapt [%]"] = 100.0 * float(np.mean(off[:, k] < by_adapt[:, k]))
         row[f"{force}, 90 % within [N]"] = float(np.quantile(off[:, k], 0.9))
-        row[f"{force}, said [N]"] = float(np.median(said[:, k]))
+        row[f"{force}, said [N]"] = float(np.median(stated[:, k]))
         row[f"{force}, said by adapt [N]"] = float(np.median(by_adapt[:, k]))
     return row
 
@@ -217,9 +217,9 @@ def main() -> None:
             if kind == "planned":
                 row["promised F_z [%]"] = 100.0 * float(plan.errors[-1][prior.forces.index("F_z")])
                 for physics in ("hysteresis", "layer") if coarse else ("none", "hysteresis", "drift", "layer"):
-                    told = [foreign(prior, truths[k % len(truths)], bench, grid, k, physics) for k in numbers]
-                    row[f"doubted, {physics} [%]"] = 100.0 * float(np.mean([one for one, _ in told]))
-                    errors = np.concatenate([errors for _, errors in told if errors is not None])
+                    judged = [foreign(prior, truths[k % len(truths)], bench, grid, k, physics) for k in numbers]
+                    row[f"doubted, {physics} [%]"] = 100.0 * float(np.mean([one for one, _ in judged]))
+                    errors = np.concatenate([errors for _, errors in judged if errors is not None])
                     within = 100.0 * np.quantile(errors, 0.9, axis=0)
                     row |= {f"{force} with {physics}, 90 % within [%]": float(error)
                             for force, error in zip(prior.forces, within, strict=True)}

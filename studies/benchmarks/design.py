@@ -124,8 +124,8 @@ def above_tangents(asked: Requirements, found: DesignAnswer) -> float:
         if alike and reads_evenly(found.task, one):
             x, ends, here = one.point, other.point[None], Prediction([one], ())
             own = tangents(found.task, Prediction([other], ()), other.point, names, ends, space.growth)
-            told = tangents(found.task, here, x, names, ends, space.growth)
-            ratios += [own[name][0] / (r * float(np.exp(falls.sum()))) for name, (r, falls) in told.items()]
+            foreseen = tangents(found.task, here, x, names, ends, space.growth)
+            ratios += [own[name][0] / (r * float(np.exp(falls.sum()))) for name, (r, falls) in foreseen.items()]
     return float(np.nanmin(ratios)) if len(ratios) > 1 else np.nan
 
 
@@ -162,10 +162,10 @@ def row_of(name: str, effort: Effort, most: int, folder: Path) -> Row:
     off = predicted_off(found) or [np.nan]
     row |= {"predicted_off_%": float(np.median(off)), "predicted_off_most_%": float(np.max(off))}
     row["above_tangents"] = above_tangents(asked, found)
-    solved, told = np.nan, np.nan
+    solved, foreseen = np.nan, np.nan
     if effort.made:
-        solved, told = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
-    shares = {"told": float(np.ravel(found.share)[0]), "by_slopes": told, "solved": solved}
+        solved, foreseen = shares_made(coarse, found.task, coarse(found.best.design), effort.made, 0)
+    shares = {"told": float(np.ravel(found.share)[0]), "by_slopes": foreseen, "solved": solved}
     row |= {"made": effort.made, **{f"yield_{key}_%": 100.0 * value for key, value in shares.items()}}
     print(f"{name}: {time.process_time() - began:.0f} s here", *(f"   {key} {row[key]}" for key in row), sep="\n")
     return row

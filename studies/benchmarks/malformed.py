@@ -77,7 +77,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Said:
+class Reply:
     """What a command left: exit code, stdout, stderr, and what was raised."""
 
     code: int = -1
@@ -116,14 +116,14 @@ def _asked_models() -> set[tuple[type, str]]:
 def _telling(method: Any) -> Any:
     """Return a method that sets the shared byte."""
 
-    def told(*words: Any, **more: Any) -> Any:
+    def counted(*words: Any, **more: Any) -> Any:
         _reached[0] = 1
         return method(*words, **more)
 
-    return told
+    return counted
 
 
-def said_by(words: Sequence[str], folder: Path) -> Said:
+def reply_to(words: Sequence[str], folder: Path) -> Reply:
     """Return what a command leaves that runs in a folder."""
     os.chdir(folder)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
@@ -133,7 +133,7 @@ def said_by(words: Sequence[str], folder: Path) -> Said:
             code, raised = run(words), ""
         except BaseException as error:  # whatever comes through is what is looked for
             code, raised = -1, repr(error)[:300]
-    return Said(code, out.getvalue(), err.getvalue(), raised)
+    return Reply(code, out.getvalue(), err.getvalue(), raised)
 
 
 def outcome(case: str, seed: int, folder: Path, sound: Path) -> Outcome:
@@ -142,34 +142,34 @@ def outcome(case: str, seed: int, folder: Path, sound: Path) -> Outcome:
     half, number = case.split("-")
     kind, words = malformed(int(number), folder, sound, seed=seed, lines=half == "line")
     _reached[0] = 0
-    end = asked_apart(lambda: said_by(words, folder), seconds=SECONDS, gib=4.0 * MEMORY)
-    said = end.value or Said()
+    end = asked_apart(lambda: reply_to(words, folder), seconds=SECONDS, gib=4.0 * MEMORY)
+    reply = end.value or Reply()
     found = {
-        end.killed: bool(end.killed), f"raised {said.raised}": bool(said.raised),
+        end.killed: bool(end.killed), f"raised {reply.raised}": bool(reply.raised),
         f"{end.seconds:.1f} s": end.seconds > SECONDS, f"{end.peak / GIB:.1f} GiB": end.peak > MEMORY * GIB,
-        **({} if end.killed or said.raised else answer_faults(words, said)),
+        **({} if end.killed or reply.raised else answer_faults(words, reply)),
     }
     fault = ", ".join(what for what, is_so in found.items() if is_so)
-    return Outcome(case, kind, tuple(words), said.code, bool(_reached[0]), end.seconds, end.peak / GIB, fault)
+    return Outcome(case, kind, tuple(words), reply.code, bool(_reached[0]), end.seconds, end.peak / GIB, fault)
 
 
-def answer_faults(words: Sequence[str], said: Said) -> dict[str, bool]:
+def answer_faults(words: Sequence[str], reply: Reply) -> dict[str, bool]:
     """Return what may be wrong with exit code and words, each with whether it is."""
-    errors = sum(line.startswith("error: ") for line in said.err.splitlines())
+    errors = sum(line.startswith("error: ") for line in reply.err.splitlines())
     faults = {
-        f"exit code {said.code}": said.code not in CODES,
-        f"{errors} lines of error with exit code {said.code}": errors != (said.code == 2),
-        "warning": "Warning: " in said.err or "Traceback" in said.err + said.out,
+        f"exit code {reply.code}": reply.code not in CODES,
+        f"{errors} lines of error with exit code {reply.code}": errors != (reply.code == 2),
+        "warning": "Warning: " in reply.err or "Traceback" in reply.err + reply.out,
     }
-    if "--json" in words and said.code in (0, 4) and not {"--help", "-h", "--version"} & set(words):
+    if "--json" in words and reply.code in (0, 4) and not {"--help", "-h", "--version"} & set(words):
         try:
-            record = json.loads(said.out, parse_constant=float.fromhex)
+            record = json.loads(reply.out, parse_constant=float.fromhex)
         except ValueError:
             return {**faults, "no JSON": True}
         flags = record.get("flags") if isinstance(record, dict) else None
         if flags:
             right = exit_code(flags if isinstance(flags, list) else flags.split("; "), "--accept" in words)
-            faults[f"exit code {said.code} of {flags}"] = said.code != right
+            faults[f"exit code {reply.code} of {flags}"] = reply.code != right
     return faults
 
 

@@ -118,9 +118,9 @@ def main() -> None:
                 print(" | ".join(f"{x:.3g}" if isinstance(x, float) else str(x) for x in row_of(every[-1]).values()),
                       flush=True)
     write_rows([row_of(one) for one in every], asked.output / "mechanics_accuracy.csv")
-    said = "\n".join([*counts(every), machine()]) + "\n"
-    (asked.output / "mechanics_accuracy.txt").write_text(said, encoding="utf-8")
-    print(said)
+    summary = "\n".join([*counts(every), machine()]) + "\n"
+    (asked.output / "mechanics_accuracy.txt").write_text(summary, encoding="utf-8")
+    print(summary)
     names = [one.name for one in chosen] if asked.only or asked.coarse else DRAWN
     draw(every, names, asked.output / "mechanics_accuracy.png")
 

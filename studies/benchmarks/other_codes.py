@@ -321,9 +321,9 @@ def main() -> None:
         draw_three(three, before, options.output / "three_loads.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]
-    said = "\n".join([*words, caption]) + "\n"
-    (options.output / "other_codes.txt").write_text(said, encoding="utf-8")
-    print(said)
+    summary = "\n".join([*words, caption]) + "\n"
+    (options.output / "other_codes.txt").write_text(summary, encoding="utf-8")
+    print(summary)
 
 
 if __name__ == "__main__":

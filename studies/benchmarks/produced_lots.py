@@ -126,10 +126,11 @@ def summary(found: list[Read | None], forces: tuple[str, ...]) -> dict[str, Any]
     return row
 
 
-def told_by_plan(prior: Prior, plan: LoadPlan) -> LoadPlan:
+def known_by_plan(prior: Prior, plan: LoadPlan) -> LoadPlan:
     """Return a plan with what its loads tell of a sensor that less is known of."""
-    told = prior.told(plan.loads)
-    return replace(plan, told=prior.tared + np.concatenate([np.zeros((1, *told.shape[1:])), np.cumsum(told, axis=0)]))
+    gain = prior.fisher(plan.loads)
+    after = np.concatenate([np.zeros((1, *gain.shape[1:])), np.cumsum(gain, axis=0)])
+    return replace(plan, known_after=prior.tared + after)
 
 
 def one_lot(
@@ -146,7 +147,7 @@ def one_lot(
     bench = np.concatenate([rest, plan.loads])
     readings = [unit.measured(prior, bench, rng) for unit in units[first:]]
     rows = []
-    for known, by, chosen in (("lot", lot, plan), ("any", Production.alone(prior), told_by_plan(prior, plan))):
+    for known, by, chosen in (("lot", lot, plan), ("any", Production.alone(prior), known_by_plan(prior, plan))):
         for count, promised in enumerate(delivered(by, chosen, LIMIT)[1:], 1):
             found: list[Read | None] = []
             for unit, whole in zip(units[first:], readings, strict=True):

@@ -158,7 +158,7 @@ def timed(ask: Callable[[], Any]) -> tuple[Any, float]:
     return ask(), time.process_time() - began
 
 
-def told(sensor: Sensor, load: Wrench | None, model: str) -> float:
+def stated_error(sensor: Sensor, load: Wrench | None, model: str) -> float:
     """Return the seconds that a plan tells; of a pose by the model that its place needs."""
     if load is not None:
         return plan(sensor, [load], tolerance=ASKED).seconds
@@ -172,7 +172,7 @@ def relative(found: Impedance) -> tuple[Array, Array]:
     return np.diag(found.L) / free, np.diag(found.error_L) / free
 
 
-def beside(sensor: Sensor, number: int) -> Sensor:
+def varied(sensor: Sensor, number: int) -> Sensor:
     """Return a scene with a nut that does not matter."""
     some = np.random.default_rng([19, number])
     away = some.uniform(0.2, 0.6) * (way := some.normal(size=3)) / np.linalg.norm(way)
@@ -190,10 +190,10 @@ def measure(number: int) -> Row:
     except (SolveFailed, Collision) as reason:
         return row | {"status": "ended", "why": str(reason)}
     row |= {"mechanics": "" if load is None else plan(sensor, [load], tolerance=ASKED).rungs[0]}
-    row |= {"model": found.report.model, "seconds": seconds, "told": told(sensor, load, found.report.model)}
+    row |= {"model": found.report.model, "seconds": seconds, "told": stated_error(sensor, load, found.report.model)}
     r, own = relative(found)
     if number % 3 == 0:
-        more = beside(sensor, number)
+        more = varied(sensor, number)
         (nut, *_), with_nut = timed(lambda: answered(more, pose, load))
         moved = float(np.abs(relative(nut)[0] - r).max() / np.abs(r - 1.0).max())
         row |= {"nut": moved, "nut seconds": with_nut}

@@ -49,8 +49,8 @@ def row_of(case: Case, tolerances: tuple[float, ...]) -> dict[str, object]:
         full = float(np.ptp(values[-1]))
         own = float(solved[-1][f"error_{signal}_percent"].max()) / full
         error, words = left_by(*(item / full for item in values[-3:]), own)
-        told = [[float(f"{x:.8g}") for x in line] for line in values[-1]]
-        row[signal] = {"percent": told, "error": float(f"{error:.2g}"), "source": words}
+        digits = [[float(f"{x:.8g}") for x in line] for line in values[-1]]
+        row[signal] = {"percent": digits, "error": float(f"{error:.2g}"), "source": words}
     return row
 
 

@@ -83,10 +83,10 @@ def judged(sensor: Sensor, load: Wrench, tolerance: float, found: Simulation) ->
 def figures(found: Simulation) -> dict[str, tuple[Array, Array]]:
     """Return what an answer tells, with its errors."""
     rest, known = found.equilibrium, found.signals.known
-    told = {name: (getattr(rest.pose, name), getattr(rest.error, name)) for name in ("d_v", "d_h", "alpha")}
-    told |= {name: (getattr(found.impedance, name), getattr(found.impedance, f"error_{name}")) for name in ("L", "R")}
-    told |= {name: (known[name], known[f"error_{name}"]) for name in known if f"error_{name}" in known}
-    return {name: (np.asarray(value), np.asarray(error)) for name, (value, error) in told.items()}
+    shown = {name: (getattr(rest.pose, name), getattr(rest.error, name)) for name in ("d_v", "d_h", "alpha")}
+    shown |= {name: (getattr(found.impedance, name), getattr(found.impedance, f"error_{name}")) for name in ("L", "R")}
+    shown |= {name: (known[name], known[f"error_{name}"]) for name in known if f"error_{name}" in known}
+    return {name: (np.asarray(value), np.asarray(error)) for name, (value, error) in shown.items()}
 
 
 def over_bars(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

@@ -23,7 +23,7 @@ from sits_mech.scene.parameters import numbers_of
 from sits_mech.scene.sensor import changed, load_sensor
 from sits_mech.studio.page import frame
 from sits_mech.studio.previews import SolvedScene, open_share, preview
-from sits_mech.studio.session import BESIDE, View
+from sits_mech.studio.session import NEIGHBOURS, View
 
 KEYS = ("elastomer.thickness", "elastomer.width", "target.width")
 NAMES = ("d_h", "d_v", "L", "L_v_percent", "L_h_percent")
@@ -64,12 +64,12 @@ def main() -> None:
     own = numbers_of(sensor)
     base = SolvedScene(sensor, solved().data, gradient_on_grid(sensor, keys, loads, **models))
     frame(View("solved", sensor, base.data, ""), base.data)  # what the first one prepares stays
-    beside = [solved(f"{key}={share * own[key]!r}") for key in keys for share in BESIDE]
+    varied = [solved(f"{key}={share * own[key]!r}") for key in keys for share in NEIGHBOURS]
     rows = list[dict[str, Any]]()
     for number in range(2 if coarse else 100):
         moved = random.choice(keys, size=1 + number % 2, replace=False)
         true = solved(*(f"{key}={own[key] * (1.0 + random.uniform(-MOST, MOST))!r}" for key in moved))
-        for kind, others in (("slopes", []), ("tables beside", beside)):
+        for kind, others in (("slopes", []), ("tables beside", varied)):
             began = time.process_time()
             found = preview(base, others, true.sensor)
             assert found is not None

@@ -205,12 +205,12 @@ def measure(number: int) -> Row:
     best = reference(drawn)
     if best is None:
         return row | {"true": math.nan, "told": math.nan}
-    (r, told), (right, own) = over_free(found), over_free(best)
+    (r, stated), (right, own) = over_free(found), over_free(best)
     true, change = np.abs(r - right), float(np.abs(right - 1.0).max())
-    worst = int(np.argmax(true / told))
+    worst = int(np.argmax(true / stated))
     bounded = not any(item.unbounded for item in found.report.left_out)
     return row | {
-        "change": change, "true": float(true[worst]), "told": float(told[worst]) if bounded else math.nan,
+        "change": change, "true": float(true[worst]), "told": float(stated[worst]) if bounded else math.nan,
         "of reference": float(own[worst]), "off": float(true.max()) / change,
     }
 

@@ -80,7 +80,7 @@ def curves_of(rungs: Sequence[Rung]) -> dict[str, list[Rung]]:
     return {name: [one for one in rungs if one.model == name] for name in dict.fromkeys(one.model for one in rungs)}
 
 
-def said(rungs: Sequence[Rung]) -> str:
+def verdict(rungs: Sequence[Rung]) -> str:
     """Return what a user wants of one figure: what asking costs, what cannot be reached, how judged estimates did."""
     curves = curves_of(rungs).values()
     rows = [[LadderPoint(one.tolerance, one.estimated, one.seconds) for one in row] for row in curves]

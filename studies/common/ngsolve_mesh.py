@@ -109,9 +109,9 @@ def ring_mesh(target: float, pad: PlateOutline, t: float, split: int, *, whole: 
         PlateOutline(0.5 * target / t, 0.5 * target / t, True),
         PlateOutline(pad[0] / t, pad[1] / t, pad.is_round),
     )
-    inside, beside = ring_lines(plate, own, split, GRADING)
+    inside, outside = ring_lines(plate, own, split, GRADING)
     squares = PlateOutline(1.0, 1.0, False), PlateOutline(2.0, 2.0, False)
-    bricks, _ = ring_bricks(squares[0], squares[len(beside) > 1], (inside, beside, np.arange(2.0)), split)
+    bricks, _ = ring_bricks(squares[0], squares[len(outside) > 1], (inside, outside, np.arange(2.0)), split)
     low = bricks.p[2] < 0.5
     number = np.cumsum(low) - 1
     points, quads = bricks.p[:2, low].T, []

@@ -144,12 +144,12 @@ class Pad:
     def _energy(self, ng: Any, u: Any, p: Any) -> Any:
         """Energy density of displacement and pressure."""
         F = ng.Id(self.mesh.dim) + ng.Grad(u)
-        beside = 1.0 + u[0] / ng.x if self.kind == "axisymmetric" else 1.0
+        hoop = 1.0 + u[0] / ng.x if self.kind == "axisymmetric" else 1.0
         J, C = self.volume(ng, u), F.trans * F
         if self.kind == "solid":
             trace, square = ng.Trace(C), ng.InnerProduct(C, C)
         else:
-            trace, square = ng.Trace(C) + beside**2, ng.InnerProduct(C, C) + beside**4
+            trace, square = ng.Trace(C) + hoop**2, ng.InnerProduct(C, C) + hoop**4
         I1, I2 = J ** (-2 / 3) * trace, 0.5 * J ** (-4 / 3) * (trace * trace - square)
         own = self._own()
         energy = self.law.energy(I1, I2) + 0.5 * own * (J - 1) ** 2 + p * (J - 1) - p * p / (2 * (self.law.K - own))

@@ -64,9 +64,9 @@ def rise(width: float, target: float, size: float) -> tuple[float, int]:
     (u, p), (v, q) = space.TnT()
     eps = [0.5 * (Grad(w) + Grad(w).trans) for w in (u, v)]
     dev = [each - Trace(each) / 3 * Id(2) for each in eps]
-    beside = Trace(eps[0]) * Trace(eps[1]) / 9  # of the deviator across the plane
+    hoop = Trace(eps[0]) * Trace(eps[1]) / 9  # of the deviator across the plane
     a = BilinearForm(space, symmetric=True)
-    a += (2 * (InnerProduct(*dev) + beside) + p * div(v) + q * div(u) - p * q / RATIO) * dx
+    a += (2 * (InnerProduct(*dev) + hoop) + p * div(v) + q * div(u) - p * q / RATIO) * dx
     a.Assemble()
     grown = LinearForm(3 * q * dx).Assemble()
     inverse = a.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")

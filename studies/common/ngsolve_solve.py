@@ -27,7 +27,7 @@ class Ladder(NamedTuple):
     first: int
     last: int
     ratio: float
-    beside: int
+    others: int
 
 
 LADDERS = {
@@ -65,14 +65,14 @@ def family_row(case: Case, order: int, last: int | None) -> tuple[list[int], lis
     """Return the meshes of a family that carry the load, no finer than `last`, and their poses."""
     sizes, row = case.meshes[order], []
     for size in sizes if last is None else sizes[: last + 1 - sizes[0]]:
-        q = told(case, order, size, 0.0)
+        q = displaced(case, order, size, 0.0)
         if q is None:
             break
         row.append(q)
     return list(sizes[: len(row)]), row
 
 
-def family_limit(case: Case, first: tuple[list[int], list[Array]], beside: tuple[list[int], list[Array]]) -> Reference:
+def family_limit(case: Case, first: tuple[list[int], list[Array]], others: tuple[list[int], list[Array]]) -> Reference:
     """Return the limit of a family by the order it shows, and how far that of the other elements is from it.
 
     What an error of order p leaves on the last two of meshes m is ``(q_2 - q_1)/((m_2/m_1)^p - 1)``. The error is also
@@ -82,7 +82,7 @@ def family_limit(case: Case, first: tuple[list[int], list[Array]], beside: tuple
     """
     flush = case.pad[0] <= case.bond[0] or case.pad[1] <= case.bond[1]
     lever, found = np.array([1.0, 1.0, 0.5 * case.target[0]]), []
-    for (order, meant), (sizes, row) in zip(case.meshes.items(), (first, beside), strict=True):
+    for (order, meant), (sizes, row) in zip(case.meshes.items(), (first, others), strict=True):
         if len(row) < min(3, len(meant)):
             raise ArithmeticError(f"{case.name}: Q{order} carried the load on {len(row)} meshes of {len(meant)}")
         shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]]) if len(row) > 2 else 2.0 + 0.38 * flush
@@ -118,21 +118,21 @@ def climbed(case: Case, ladder: Ladder, last: int, pointwise: float) -> Iterator
     """Yield the limit of the meshes that carry the load, if there are two and one of the other order."""
     row: list[Array] = []
     for layers in range(ladder.first, last + 1):
-        q = told(case, ladder.order, layers, pointwise)
+        q = displaced(case, ladder.order, layers, pointwise)
         if q is None:
             break
         row.append(q)
     if len(row) < 2:
         return
-    for layers in range(min(ladder.first + len(row) - 1, ladder.beside), ladder.first - 1, -1):
-        other = told(case, ladder.other, layers, pointwise)
+    for layers in range(min(ladder.first + len(row) - 1, ladder.others), ladder.first - 1, -1):
+        other = displaced(case, ladder.other, layers, pointwise)
         if other is not None:
             further = ladder.first + len(row) - 1 - layers
             yield limit(case, row, np.abs(other - row[layers - ladder.first]), ladder, further)
             return
 
 
-def told(case: Case, order: int, layers: int, pointwise: float) -> Array | None:
+def displaced(case: Case, order: int, layers: int, pointwise: float) -> Array | None:
     """Return the pose on one mesh, and print it; None where the mesh does not carry the load."""
     began, mesh = time.process_time(), f"{case.name}: Q{order}, {layers} layers, {pointwise:g}"
     try:
@@ -144,10 +144,10 @@ def told(case: Case, order: int, layers: int, pointwise: float) -> Array | None:
     return q
 
 
-def limit(case: Case, row: list[Array], beside: Array, ladder: Ladder, further: int = 0) -> Reference:
+def limit(case: Case, row: list[Array], others: Array, ladder: Ladder, further: int = 0) -> Reference:
     """Return the limit of poses on refined meshes and its error.
 
-    `beside` is what the other order changes, on a mesh that is `further` steps from the finest: it shrinks like the
+    `others` is what the other order changes, on a mesh that is `further` steps from the finest: it shrinks like the
     differences of the meshes, both stem from the edges.
     """
     lever = np.array([1.0, 1.0, 0.5 * case.target[0]])
@@ -160,11 +160,11 @@ def limit(case: Case, row: list[Array], beside: Array, ladder: Ladder, further: 
         words += f", differences shrink by {ratio:.2g}"
         if 0.0 < ratio < 0.75:
             added = near * ratio / (1.0 - ratio)
-            last, beside = np.abs(added), beside * ratio**further
+            last, others = np.abs(added), others * ratio**further
     value = value + added
     size = float(np.max(np.abs(value) * lever))
-    words += f", Q{ladder.other} differs by {np.max(beside * lever) / size:.1e}"
-    return Reference(value, float(np.max(np.maximum(last, beside) * lever)) / size, words)
+    words += f", Q{ladder.other} differs by {np.max(others * lever) / size:.1e}"
+    return Reference(value, float(np.max(np.maximum(last, others) * lever)) / size, words)
 
 
 def pose(case: Case, order: int, layers: int, pointwise: float) -> Array:

@@ -265,11 +265,11 @@ def _by_chance(count: int = 40, seed: int = 64) -> list[Case]:
         t = round(chance.uniform(1.5, 5.0), 1)
         wide = round(t * chance.uniform(1.5, 5.0), 1)
         long = {"plane": 1e3, "box": round(wide * chance.uniform(0.6, 1.0), 1)}.get(kind, wide)
-        beside, press = round(t * chance.uniform(0.4, 2.5), 1), chance.uniform(0.02, 0.14)
+        margin, press = round(t * chance.uniform(0.4, 2.5), 1), chance.uniform(0.02, 0.14)
         shear, aside = chance.uniform(0.05, 0.45), chance.uniform(0.05, 0.15)
         covers = "inside" if kind == "mixed" else covers
-        along = 0.0 if kind == "plane" else beside
-        pad = (round(wide + beside, 1), round(long + along, 1)) if covers == "inside" else (wide, long)
+        along = 0.0 if kind == "plane" else margin
+        pad = (round(wide + margin, 1), round(long + along, 1)) if covers == "inside" else (wide, long)
         target = (round(1.25 * wide, 1), long) if covers == "wider" else (wide, long)
         target = (target[0],) * 2 if kind == "round" else target
         bulk = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))

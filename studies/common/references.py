@@ -135,10 +135,10 @@ def counts(every: Sequence[Judged]) -> list[str]:
         seen = [one for one in own if one.sees_tolerance]
         met = sum(bool(one.true - one.reference.error <= tolerance) for one in seen)
         lines.append(f"asked {tolerance:g}: met by {met} of {len(seen)} that the references can tell, {len(own)} asked")
-    told = [one for one in every if one.sees_ratio]
-    good = sum(bool(0.3 <= one.ratio <= 1.0) for one in told)
+    judged = [one for one in every if one.sees_ratio]
+    good = sum(bool(0.3 <= one.ratio <= 1.0) for one in judged)
     over = sum(one.true - one.reference.error > one.estimated for one in every)
-    lines.append(f"true over estimated error from 0.3 to 1: {good} of {len(told)} that the references can tell")
+    lines.append(f"true over estimated error from 0.3 to 1: {good} of {len(judged)} that the references can tell")
     high = sum(one.too_small for one in every)
     lines.append(f"true error above the estimated one: {over}, three times: {high} of {len(every)}")
     return [*lines, *dearer(every)]

@@ -108,8 +108,8 @@ def shares_made(solver: Solver, task: Task, best: Answered, count: int, seed: in
             continue
         off = Table(nominal, (L - nominal)[None], best.table.noise)
         held.append(bool(replace(task.judge, deviations=np.ones(1), drawn=np.ones((1, 1))).excess(off)[0] <= 0.0))
-    told = replace(task.judge, drawn=drawn).excess(best.table) <= 0.0
-    return float(np.mean(held)), float(np.mean(told))
+    predicted = replace(task.judge, drawn=drawn).excess(best.table) <= 0.0
+    return float(np.mean(held)), float(np.mean(predicted))
 
 
 def _inductances(solver: Solver, design: Design, amounts: Array, sensor: Sensor) -> Array | None:

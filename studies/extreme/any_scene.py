@@ -287,5 +287,5 @@ def _load(dice: Dice, sensor: Sensor) -> Wrench:
     amount = dice.log(1e-6, 3.0)
     parts = [dice.sign(force * amount * dice.rng.random()) * dice.chance(0.7) for _ in range(4)]
     down = abs(parts[1]) if dice.chance(0.8) else -abs(parts[1])
-    beside = parts[3] if dice.chance(0.25) else 0.0
-    return Wrench(parts[0], down, 0.5 * a * parts[2] * dice.chance(0.5), beside)
+    sideways = parts[3] if dice.chance(0.25) else 0.0
+    return Wrench(parts[0], down, 0.5 * a * parts[2] * dice.chance(0.5), sideways)

@@ -98,7 +98,7 @@ def energy_row(model: PlanarLayer | BlockPad, way: Way) -> Row:
     uncertainty = 2.0 * max(item.report.estimated_error for item in way.path) if changed or touching(model) else 0.0
     report, violation = last.report, abs(done / energy - 1.0)
     allowed = 1e-4 + rough / energy + uncertainty
-    return Row("", "", DONE, _least(report), violation, allowed, report.estimated_error, remark=_said(report))
+    return Row("", "", DONE, _least(report), violation, allowed, report.estimated_error, remark=_remark(report))
 
 
 def touching(model: PlanarLayer | BlockPad) -> bool:
@@ -106,7 +106,7 @@ def touching(model: PlanarLayer | BlockPad) -> bool:
     return isinstance(model, PlanarLayer) and model.line.auto
 
 
-def _said(report: SolveReport) -> str:
+def _remark(report: SolveReport) -> str:
     """Notes in one line."""
     return "; ".join(sentences(report.notes))
 
@@ -129,7 +129,7 @@ def to_and_fro(layer: MechanicalModel, wrench: Wrench, reach: float) -> Row:
     away = float(np.abs(back - there).max() / np.abs(there - rest).max())
     same = first.state[0] == again.state[0]  # on the same mesh
     allowed = 1e-6 if same else 2.0 * (first.report.estimated_error + report.estimated_error)
-    return Row("", "", DONE, _least(report), away, allowed, report.estimated_error, remark=_said(report))
+    return Row("", "", DONE, _least(report), away, allowed, report.estimated_error, remark=_remark(report))
 
 
 def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
@@ -141,7 +141,7 @@ def half_and_whole(sensor: Sensor, wrench: Wrench) -> Row:
     uncertainty = error + whole.error.components[:3]
     report = whole.report
     violation = float(np.max(np.abs(one - other) / np.maximum(uncertainty, 1e-15)))
-    return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_said(report))
+    return Row("", "", DONE, _least(report), violation, 1.0, report.estimated_error, remark=_remark(report))
 
 
 def quarter_turned(sensor: Sensor, load: Wrench) -> Row:
@@ -153,7 +153,7 @@ def quarter_turned(sensor: Sensor, load: Wrench) -> Row:
     back = moved[1][[1, 0, 2, 4, 3, 5]] * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
     report = second.report
     away = float(np.abs(back - moved[0]).max() / np.abs(moved[0]).max())
-    return Row("", "", DONE, _least(report), away, 1e-6, report.estimated_error, remark=_said(report))
+    return Row("", "", DONE, _least(report), away, 1e-6, report.estimated_error, remark=_remark(report))
 
 
 def refined(sensor: Sensor, wrench: Wrench, finer: float = 1e-4) -> Row:

@@ -150,11 +150,11 @@ def refused(model: PlanarLayer | BlockPad, question: Callable[[], Row]) -> Row:
         return question()
     except SolveFailed as failed:
         report = failed.report
-        said: tuple[str, ...] = ()
+        remarks: tuple[str, ...] = ()
         if failed.last is not None:
-            said = f"followed to {failed.last.wrench}", strained(model, failed.last)
+            remarks = f"followed to {failed.last.wrench}", strained(model, failed.last)
         min_J = np.nan if report.min_J is None else report.min_J
-        remark = "; ".join((*sentences(report.notes), *said))
+        remark = "; ".join((*sentences(report.notes), *remarks))
         return Row("", "", report.status, min_J, estimated=report.estimated_error, remark=remark)
 
 

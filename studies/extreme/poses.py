@@ -45,7 +45,7 @@ def plate(thickness: float = 0.2, sigma: float = 5.8e7, mu: float = 1.0, turns: 
     return bare.model_copy(update={"coils": coils})
 
 
-def beside(away: float) -> Sensor:
+def with_nut(away: float) -> Sensor:
     """Return the same with a nut so far below the coils' tracks [mm]."""
     z = -(plate().coils[0].height / MM + away + 0.5)
     nut = Conductor(
@@ -124,8 +124,8 @@ def in_space() -> dict[str, Asked]:
     leaning = Pose(0.0, 0.5 * MM, 0.42 * TOUCHING, 0.0, 0.42 * TOUCHING)
     wide = scene("axisymmetric", 100, 0.2, 5.8e7)
     return {
-        "nut at 0.05 mm": Asked(beside(0.05), up, *sheets),
-        "nut at 1 m": Asked(beside(1e3), up, *sheets),
+        "nut at 0.05 mm": Asked(with_nut(0.05), up, *sheets),
+        "nut at 1 m": Asked(with_nut(1e3), up, *sheets),
         "64 coils": Asked(many(), up, *sheets),
         "gap 0.1 mm in space": Asked(plate(), Pose(0.3 * MM, 1e-4), *sheets),
         "gap 0.5 mm, 85 % of the tilt to touching, about both axes": Asked(plate(), leaning, *sheets),

@@ -103,10 +103,10 @@ def solids(coarse: bool) -> Iterator[Row]:
     yield from led("3D dome on a mesh of the user's", block_pad(dome(), 2e-2), DOME)
     for name, sensor, loads in (("3D box", pad(), (0.3, 3.0)), ("3D flush 8/8/2", flush(), (2.0, 8.0))):
         for F_z in loads:
-            load, beside = Wrench(0.05 * F_z, F_z, 1e-5 * F_z), Wrench(0.05 * F_z, F_z, F_y=0.02 * F_z, M_z=2e-5 * F_z)
+            load, across = Wrench(0.05 * F_z, F_z, 1e-5 * F_z), Wrench(0.05 * F_z, F_z, F_y=0.02 * F_z, M_z=2e-5 * F_z)
             words = f"{name}, {F_z:g} N and a twentieth of it in shear"
             yield measured("mechanics", f"{words}: half and whole", lambda s=sensor, w=load: half_and_whole(s, w), True)
-            yield measured("mechanics", f"{words}: turned", lambda s=sensor, w=beside: quarter_turned(s, w), True)
+            yield measured("mechanics", f"{words}: turned", lambda s=sensor, w=across: quarter_turned(s, w), True)
 
 
 def led(name: str, model: BlockPad, ways: tuple[Drive, ...]) -> Iterator[Row]:

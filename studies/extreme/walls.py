@@ -71,9 +71,9 @@ class Column:
         (EI, GA), L = self.bending, 1e-3 * self.height
         return 0.5 * GA * (np.sqrt(1.0 + np.pi**2 * EI / (GA * L**2)) - 1.0)
 
-    def allowed(self, said: float) -> float:
+    def allowed(self, stated: float) -> float:
         """Return what a beam may be off, the error that is said included."""
-        return 0.5 * self.thin / self.height + (1.0 / 7.0 if self.is_wall else 0.0) + said
+        return 0.5 * self.thin / self.height + (1.0 / 7.0 if self.is_wall else 0.0) + stated
 
 
 COLUMNS = {
@@ -120,8 +120,8 @@ def fallen(column: Column) -> Row:
     return Row("", "", "stands", remark=f"{found.pose}")
 
 
-def _row(column: Column, report: SolveReport, away: float, said: float | None = None) -> Row:
+def _row(column: Column, report: SolveReport, away: float, stated: float | None = None) -> Row:
     """Row of what is off a beam by some share."""
     least = np.nan if report.min_J is None else report.min_J
-    allowed = column.allowed(report.estimated_error if said is None else said)
+    allowed = column.allowed(report.estimated_error if stated is None else stated)
     return Row("", "", DONE, least, abs(away), allowed, report.estimated_error, remark=f"{away:+.1%} beside a beam")

@@ -74,8 +74,8 @@ def test_counts_come_before_a_case_is_tried_and_then_what_all_takes(slow: list[f
     said = list[Forecast]()
     clock = list[float]()
     found = forecast(
-        read_study(written(tmp_path, SIMULATE)), beside=lambda: 7.0,
-        told=lambda plan: (said.append(plan), clock.append(slow[0])),
+        read_study(written(tmp_path, SIMULATE)), extra=lambda: 7.0,
+        report=lambda plan: (said.append(plan), clock.append(slow[0])),
     )
     assert clock[:2] == [0.0, 0.0] and said[1].tried == (0, 0.0)
     assert plan_words(said[0]) == "60 cases to solve, 0 kept; coils and plates: 4, pads: 6, rests: 60"

@@ -60,5 +60,5 @@ def test_slopes_beside_a_plate_hold_no_change_of_preparations() -> None:
     own, by_hand = (np.diagonal(each) for each in (L[0, ..., 0], (moved[0] - moved[1]) / (2.0 * h)))
     np.testing.assert_allclose([*own, own.sum()], [*by_hand, by_hand.sum()], rtol=2e-2)
     by_place, *_ = by_lengths(sensor, model, pose.components, 5e6, ("conductors.S.centre.0",))
-    far, near = (fine.beside(beside_a_plate(x)).impedance(pose, 5e6).L[0, 1, 1] for x in (9.8, 9.4))
+    far, near = (fine.varied(beside_a_plate(x)).impedance(pose, 5e6).L[0, 1, 1] for x in (9.8, 9.4))
     assert by_place[0, 1, 1, 0] == pytest.approx((far - near) / (0.4 * MM), rel=2e-2)

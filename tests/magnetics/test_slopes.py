@@ -288,7 +288,7 @@ def test_cells_that_stretch_have_smooth_answers(sensor: Sensor, key: str) -> Non
     model, pose, number = sheets(sensor, 5e-2), Pose(0.3 * MM, 2 * MM, 0.02), parameter(sensor, key)
     found = []
     for h in (2e-3 * number.value, 8e-3 * number.value):
-        ends = [model.beside(number.changed(way * h), single=True).impedance(pose, 5e6).L for way in (-1, 1)]
+        ends = [model.varied(number.changed(way * h), single=True).impedance(pose, 5e6).L for way in (-1, 1)]
         found.append((ends[1] - ends[0]) / (2 * h))
     np.testing.assert_allclose(found[0], found[1], rtol=0, atol=2e-3 * np.abs(found[0]).max())
 
@@ -298,9 +298,9 @@ def test_plates_that_answer_each_other_are_divided_anew(sensor: Sensor) -> None:
     part = {"name": "plate", "material": "copper", "shape": "disc", "diameter": MM, "thickness": MM}
     plate = Conductor(**part, centre=(0.0, 0.0, -5 * MM))  # type: ignore[arg-type]
     among = sensor.model_copy(update={"conductors": (plate,)})
-    assert sheets(among, 5e-2).beside(among, single=True).like is None
+    assert sheets(among, 5e-2).varied(among, single=True).like is None
     disc = sensor.model_copy(update={"target": Target(material="copper", shape="disc", diameter=MM, thickness=MM)})
-    assert sheets(sensor, 5e-2).beside(disc, single=True).single is False
+    assert sheets(sensor, 5e-2).varied(disc, single=True).single is False
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from sits_mech.scene.apart import Prism, gap_beside
+from sits_mech.scene.apart import Prism, gap_in_plan
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 
 MM = 1e-3
@@ -110,7 +110,7 @@ def test_coils_bend_with_their_substrate() -> None:
 def test_gaps_by_hand() -> None:
     """Corner to corner 3-4-5, a disc beside a side and off a corner, one in another."""
     box = Prism("a", (0.0, 0.0), (2.0, 4.0), 0.0, 1.0)
-    assert gap_beside(box, Prism("b", (5.0, 7.0), (2.0, 2.0), 0.0, 1.0)) == pytest.approx(5.0)
-    assert gap_beside(Prism("c", (3.0, 0.0), (2.0, 2.0), 0.0, 1.0, True), box) == pytest.approx(1.0)
-    assert gap_beside(Prism("c", (4.0, 6.0), (2.0, 2.0), 0.0, 1.0, True), box) == pytest.approx(4.0)
-    assert gap_beside(Prism("d", (0.0, 0.5), (1.0, 1.0), 0.0, 1.0), box) == pytest.approx(-1.5)
+    assert gap_in_plan(box, Prism("b", (5.0, 7.0), (2.0, 2.0), 0.0, 1.0)) == pytest.approx(5.0)
+    assert gap_in_plan(Prism("c", (3.0, 0.0), (2.0, 2.0), 0.0, 1.0, True), box) == pytest.approx(1.0)
+    assert gap_in_plan(Prism("c", (4.0, 6.0), (2.0, 2.0), 0.0, 1.0, True), box) == pytest.approx(4.0)
+    assert gap_in_plan(Prism("d", (0.0, 0.5), (1.0, 1.0), 0.0, 1.0), box) == pytest.approx(-1.5)

@@ -24,14 +24,14 @@ class Waiting:
         self.folder = Path("nowhere")
         self.asked: Sequence[tuple[StudioQuestion, bool]] = ()
 
-    def ask(self, tab: str, questions: Sequence[tuple[StudioQuestion, bool]], told: Callable[..., None]) -> None:
+    def ask(self, tab: str, questions: Sequence[tuple[StudioQuestion, bool]], send: Callable[..., None]) -> None:
         """Keep the questions."""
-        self.asked, self.told = questions, told
+        self.asked, self.send = questions, send
 
     def answers(self, question: StudioQuestion, what: Any) -> None:
         """Answer one."""
         self.kept[question.key] = what
-        self.told(question, "done", what)
+        self.send(question, "done", what)
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_how_far_a_table_is(
         (7.0, "failed", "too soft", "not solved: too soft"), (20.0, "started", None, "solving"),
     ):
         now[0] = 100.0 + seconds
-        solver.told(table, kind, what)
+        solver.send(table, kind, what)
         assert views[-1].state == said
 
 
@@ -155,23 +155,23 @@ def test_requirements_are_judged_and_searched(session: tuple[Session, Waiting, l
     table, search, figures = (question for question, _ in solver.asked[:3])
     solver.answers(table, base.data)
     assert views[-1].judged is not None and not views[-1].judged.solved
-    solver.told(search, "progress", (1, 72, "thickness 2 mm"))
+    solver.send(search, "progress", (1, 72, "thickness 2 mm"))
     assert tab.tried == ["thickness 2 mm"] and "1 of at most 72" in views[-1].state
     solver.answers(figures, (views[-1].judged.task, views[-1].judged.found))
     assert views[-1].judged is not None and views[-1].judged.solved
-    solver.told(search, "failed", "loads: no design within the bounds answers them")
+    solver.send(search, "failed", "loads: no design within the bounds answers them")
     assert tab.search is None and tab.tried[-1].startswith("loads: ")
     tab.require(text.replace('"0 N", "2 N"', '"-2 N", "0 N"'))  # a side of their own
     table, figures = (question for question, _ in solver.asked[:2])
     assert dict(table.loads)["F_z"] == grid_of(-2.0, 0.0)
-    solver.told(figures, "failed", "loads: must be borne")
+    solver.send(figures, "failed", "loads: must be borne")
     assert views[-1].state == "not judged: loads: must be borne"
     tab.update()
     assert figures.key not in [question.key for question, _ in solver.asked]
     tab.find(text)
     tab.stop()
     assert solver.asked == [] and views[-1].state == "stopped" and tab.search is None
-    solver.told(table, "done", base.data)  # on its way as it stopped
+    solver.send(table, "done", base.data)  # on its way as it stopped
     assert solver.asked == [] and views[-1].state == "stopped" and tab.stopped
     with pytest.raises(SceneError, match="loads.F_q: "):
         tab.require(text.replace("F_z", "F_q"))
@@ -184,7 +184,7 @@ def test_wrong_input_changes_nothing(session: tuple[Session, Waiting, list[View]
     with pytest.raises(SceneError, match="target.width: must be a length"):
         tab.change("target.width", "-1")
     assert tab.sensor is before and len(views) == seen and not tab.keys
-    solver.told(tab.question(tab.sensor), "failed", "mechanics: must be otherwise")
+    solver.send(tab.question(tab.sensor), "failed", "mechanics: must be otherwise")
     assert views[-1].state == "not solved: mechanics: must be otherwise"
     tab.close()
     assert solver.asked == []

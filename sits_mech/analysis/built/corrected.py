@@ -86,9 +86,9 @@ def corrected(found: Adaptation) -> tuple[Sensor, xr.Dataset]:
 def _notes(found: Adaptation) -> str:
     """Return the notes on a calibration, what it was adapted to, and what of it the scene does not hold."""
     notes, measured = unpacked(str(found.prior.data.attrs.get("notes", ""))), found.measured
-    said = [*notes, Note.of(NoteKind.ADAPTED, count=len(measured.L), source=str(measured.source))]
+    every_note = [*notes, Note.of(NoteKind.ADAPTED, count=len(measured.L), source=str(measured.source))]
     placed = {name: _value(found, name, 0.0) for name in _PLACES if name in found.names}
-    return packed([*said, Note.of(NoteKind.PLACED, **placed)] if placed else said)
+    return packed([*every_note, Note.of(NoteKind.PLACED, **placed)] if placed else every_note)
 
 
 def corrected_sensor(found: Adaptation) -> Sensor:

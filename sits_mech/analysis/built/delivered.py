@@ -53,7 +53,7 @@ def delivered(found: Production, plan: LoadPlan, limit: float) -> list[Delivered
     noise, alone = random.standard_normal(shape), random.standard_normal((_LOTS, _UNITS, *by.shape[:2]))
     known = np.linalg.inv(C)
     steps = [("as computed", known)]
-    steps += [(_READ.get(n, f"and {n} loads"), each * np.outer(size, size)) for n, each in enumerate(plan.told)]
+    steps += [(_READ.get(n, f"and {n} loads"), each * np.outer(size, size)) for n, each in enumerate(plan.known_after)]
     rows = []
     for words, information in steps:
         e = (noise @ root_of(information - known).T - theta @ known.T) @ np.linalg.inv(information)

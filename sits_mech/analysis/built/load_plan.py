@@ -54,7 +54,7 @@ class LoadPlan:
     read: Array  # loads that errors are taken over, the range to be read, (m, d)
     errors: Array  # after none of the loads but a tare at rest (in use without one), one, ..., (N + 1, d)
     more: Array  # the same after the loads and as many more of the best, (d,)
-    told: Array  # what is known of the unknowns each time, as a matrix of information, (N + 1, p, p)
+    known_after: Array  # what is known of the unknowns each time, as a matrix of information, (N + 1, p, p)
     least: float  # factor of the modulus of the softest sensor that can be read at these loads by this table
     grow: str = ""  # what a sensor that is `SOFTER` needs, where the table does not hold it
     too_much: tuple[str, ...] = ()  # weights that are too much, with why
@@ -135,15 +135,15 @@ def plan_loads(
     if rig != "stage":
         possible = possible[~np.any(np.delete(possible, _downwards(prior), axis=1), axis=1)]
     kinds, goal = ["load"] * len(possible), _goal(prior, read)
-    told = prior.told(possible, load_noise, depth_noise if rig == "press" else None)
+    gain = prior.fisher(possible, load_noise, depth_noise if rig == "press" else None)
     start = prior.tared
     if rig == "use":
         start = inverted(prior.covariance)
-        possible, kinds, told = _in_use(prior, possible, load_noise, depth_noise)
-    chosen, twice = (_chosen(start, told, goal, number) for number in (count, 2 * count))
-    known = start + np.concatenate([np.zeros((1, *start.shape)), np.cumsum(told[chosen], axis=0)])
+        possible, kinds, gain = _in_use(prior, possible, load_noise, depth_noise)
+    chosen, twice = (_chosen(start, gain, goal, number) for number in (count, 2 * count))
+    known = start + np.concatenate([np.zeros((1, *start.shape)), np.cumsum(gain[chosen], axis=0)])
     errors = np.array([_errors(prior, each, read) for each in known])
-    more = _errors(prior, start + told[twice].sum(axis=0), read)
+    more = _errors(prior, start + gain[twice].sum(axis=0), read)
     loads, least = possible[chosen], moduli(possible[chosen], prior.table, prior.forces)[0][0]
     return LoadPlan(
         rig, prior.forces, loads, tuple(kinds[k] for k in chosen), read, errors, more, known, least,
@@ -172,7 +172,7 @@ def _in_use(
     noises[0], noises[-1, down] = 0.0, np.ptp(weights[:, down])
     depths = np.full(len(loads), _NOTHING)
     depths[-1] = depth_noise
-    return loads, ["rest", *["weight"] * len(some), "stop"], prior.told(loads, noises, depths)
+    return loads, ["rest", *["weight"] * len(some), "stop"], prior.fisher(loads, noises, depths)
 
 
 def _downwards(prior: Prior) -> int:
@@ -195,21 +195,21 @@ def _goal(prior: Prior, read: Array) -> Array:
     return np.asarray(np.einsum("mdp,mdq->pq", each, each) / len(read))
 
 
-def _chosen(start: Array, told: Array, goal: Array, count: int) -> list[int]:
+def _chosen(start: Array, gain: Array, goal: Array, count: int) -> list[int]:
     """Return which readings to take: one after the other, then exchanged."""
 
     def left(chosen: list[int]) -> float:
         """Return the mean square error after some readings."""
-        return float(np.sum(goal * inverted(start + told[chosen].sum(axis=0))))
+        return float(np.sum(goal * inverted(start + gain[chosen].sum(axis=0))))
 
     found: list[int] = []
     for _ in range(count):
-        found.append(min(range(len(told)), key=lambda k: left([*found, k])))
+        found.append(min(range(len(gain)), key=lambda k: left([*found, k])))
     for _ in range(_ROUNDS):
         before = left(found)
         for place in range(count):
             others = [*found[:place], *found[place + 1 :]]
-            best = min(range(len(told)), key=lambda k: left([*others, k]))
+            best = min(range(len(gain)), key=lambda k: left([*others, k]))
             if left([*others, best]) < left(found):
                 found = [*others, best]
         if not left(found) < 0.999 * before:

@@ -138,10 +138,10 @@ def as_read(
         found = fitted(own)
     except SceneError as error:
         again = _other_fit(sensor, data, fitted)
-        said = otherwise() if again is None or again.p_value < STRANGE else other_way(own)[1]
-        if not said:
+        reason = otherwise() if again is None or again.p_value < STRANGE else other_way(own)[1]
+        if not reason:
             raise
-        raise SceneError(f"{error}; {said}") from None
+        raise SceneError(f"{error}; {reason}") from None
     again = _other_fit(sensor, data, fitted)
     if again is None:
         return found

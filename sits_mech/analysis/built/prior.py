@@ -101,7 +101,7 @@ class Prior:
         alike = np.eye(len(self.start)) if self.root is None else np.linalg.inv(self.root.T @ self.root)
         return alike * np.outer(self.deviations, self.deviations)
 
-    def told(self, loads: Array, load_noise: ArrayLike | None = None, depth_noise: ArrayLike | None = None) -> Array:
+    def fisher(self, loads: Array, load_noise: ArrayLike | None = None, depth_noise: ArrayLike | None = None) -> Array:
         """Return what a reading under each of m loads tells of the unknowns, M of `load_plan`, shape (m, p, p).
 
         Noises as of `adapt`, of all loads or of each, (m, d) and (m,); without `depth_noise` the way down is not
@@ -119,7 +119,7 @@ class Prior:
     def tared(self) -> Array:
         """What is known, as a matrix of information, after one reading of the load nearest to none, shape (p, p)."""
         rest = np.clip(np.zeros(len(self.forces)), self.table.map.low, self.table.map.high)
-        return np.asarray(inverted(self.covariance) + self.told(rest[None])[0])
+        return np.asarray(inverted(self.covariance) + self.fisher(rest[None])[0])
 
     @property
     def in_use(self) -> Array:

@@ -40,7 +40,7 @@ _AS_MANY = 4.0  # units that these count as
 _ROUNDS, _SETTLED = 500, 1e-3  # of expectation and maximisation, and the change that ends them
 
 
-class Told(NamedTuple):
+class Evidence(NamedTuple):
     """What a unit's readings tell: I and b of the module docstring."""
 
     information: Array  # (p, p)
@@ -95,7 +95,7 @@ def produced(
     """
     count = 0
 
-    def told_of(priors: Mapping[str, Prior]) -> tuple[dict[str, Adaptation], dict[str, str]]:
+    def fits_from(priors: Mapping[str, Prior]) -> tuple[dict[str, Adaptation], dict[str, str]]:
         """Return each unit adapted, and why some are not."""
         nonlocal count
         found, refused = {}, {}
@@ -108,22 +108,22 @@ def produced(
             progress(count, 2 * len(units))
         return found, refused
 
-    first, refused = told_of(dict.fromkeys(units, prior))
+    first, refused = fits_from(dict.fromkeys(units, prior))
     good = [name for name, found in first.items() if found.p_value >= STRANGE]
     if not good:
         why = next(iter(refused.values()), f"p-values below {STRANGE}")
         raise SceneError(f"units: must have one or more that are such sensors; got none: {why}")
-    told, (mean, scatter) = {name: told_by(first[name]) for name in good}, _scatter(prior, within)
-    shared = shared_by(list(told.values()), mean, scatter)
+    evidence, (mean, scatter) = {name: evidence_of(first[name]) for name in good}, _scatter(prior, within)
+    shared = shared_by(list(evidence.values()), mean, scatter)
     priors = {}
     for name in units:
-        others = [each for other, each in told.items() if other != name]
+        others = [each for other, each in evidence.items() if other != name]
         priors[name] = _next(prior, shared_by(others, mean, shared.within, settled=True))
-    found, refused = told_of(priors)
+    found, refused = fits_from(priors)
     return Production(prior, _next(prior, shared), shared.within * prior.deviations / _over(prior), found, refused)
 
 
-def told_by(found: Adaptation) -> Told:
+def evidence_of(found: Adaptation) -> Evidence:
     """Return what the readings of a unit tell, without what was known before."""
     count, fit = len(found.values), found.fit
     free = found.known.free[:count]
@@ -133,7 +133,7 @@ def told_by(found: Adaptation) -> Told:
     whole = inverted(found.covariance / fit.variance * np.outer(slopes, slopes))
     before = np.eye(count) if found.prior.root is None else found.prior.root.T @ found.prior.root
     root = root_of(whole - before)
-    return Told(root @ root.T / fit.variance, whole @ z / fit.variance)
+    return Evidence(root @ root.T / fit.variance, whole @ z / fit.variance)
 
 
 def _scatter(prior: Prior, stated: Mapping[str, float]) -> tuple[Array, Array]:
@@ -152,7 +152,7 @@ def _scatter(prior: Prior, stated: Mapping[str, float]) -> tuple[Array, Array]:
     return np.maximum(1.0 - one**2, 0.0), one
 
 
-def shared_by(units: list[Told], mean: Array, within: Array, *, settled: bool = False) -> Population:
+def shared_by(units: list[Evidence], mean: Array, within: Array, *, settled: bool = False) -> Population:
     """Return what units tell of m and W; `mean`, A, and `within`, the root of W, to begin with, or `settled`."""
     p, first = len(within), within**2
     W, one = first.copy(), np.eye(p)

@@ -42,9 +42,9 @@ USUAL = {
 }
 """Deviations, of the thickness over the layer's, of the capacitance over the tank's [-]; others [m, rad, H]."""
 _UNKNOWN = 0.3  # of the modulus, without a source's spread
-_BESIDE = ("d_y", "alpha_x", "frame_x", "frame_z")
-_OFF_AXIS = ("d_h", "alpha", "frame", *_BESIDE)
-_ABSENT = {"planar": _BESIDE, "planar-fem": _BESIDE, "axisymmetric": _OFF_AXIS, "axisymmetric-fem": _OFF_AXIS}
+_ACROSS = ("d_y", "alpha_x", "frame_x", "frame_z")
+_OFF_AXIS = ("d_h", "alpha", "frame", *_ACROSS)
+_ABSENT = {"planar": _ACROSS, "planar-fem": _ACROSS, "axisymmetric": _OFF_AXIS, "axisymmetric-fem": _OFF_AXIS}
 _SLOPED = ("block", "planar", "axisymmetric", "linear")  # mechanical models with derivatives by the layer
 _PAIRS = {"frame": ("F_x", "F_z"), "frame_x": ("F_y", "F_z"), "frame_z": ("F_x", "F_y")}
 

@@ -174,14 +174,14 @@ class Fitted:
         """All results for a program: keys of the fit, ``prony``, ``mullins``, with what is known of these."""
         found = {} if self.fit is None else asdict(self.fit)
         if self.relaxation is not None:
-            told = asdict(self.relaxation)
-            found["prony"] = [{"weight": weight, "time": time} for weight, time in told.pop("prony")]
-            told["confidence"] = [{"weight": weight, "time": time} for weight, time in told["confidence"]]
-            found["relaxation"] = told
+            entry = asdict(self.relaxation)
+            found["prony"] = [{"weight": weight, "time": time} for weight, time in entry.pop("prony")]
+            entry["confidence"] = [{"weight": weight, "time": time} for weight, time in entry["confidence"]]
+            found["relaxation"] = entry
         if self.cyclic is not None:
-            told = asdict(self.cyclic)
-            found["mullins"] = told.pop("mullins")
-            found["cyclic"] = told
+            entry = asdict(self.cyclic)
+            found["mullins"] = entry.pop("mullins")
+            found["cyclic"] = entry
         return found if self.relaxation is None and self.cyclic is None else found | {"material": self.table}
 
 

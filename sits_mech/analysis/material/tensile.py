@@ -178,8 +178,8 @@ def _pull(table: TextTable, taken: Sequence[Quantity], own: dict[str, float], as
     rows = table.numbers([one.column.place for one in taken]) * [one.factor for one in taken] + 0.0  # and no -0
     e, s, *t = rows[np.isfinite(rows).all(axis=1)].T
     strain, stress, *_ = taken
-    said = "compression" if strain.pressed or stress.pressed else asked
-    mode = said if strain.mode == "uniaxial" else strain.mode
+    direction = "compression" if strain.pressed or stress.pressed else asked
+    mode = direction if strain.mode == "uniaxial" else strain.mode
     if mode == "compression":  # whichever sign it is written by
         e, s = e * (1.0 if strain.kind == "stretch" else -np.sign(e.sum())), -s * np.sign(s.sum())
     e = _engineering_strain(e, strain, table.source, own)

@@ -22,7 +22,7 @@ from sits_mech.batch.tables import SWEPT
 from sits_mech.cases import grid_points
 from sits_mech.inputs import checked, unknown
 from sits_mech.scene.files import read_as
-from sits_mech.scene.sensor import Sensor, changed, load_beside, scene_table, scene_text
+from sits_mech.scene.sensor import Sensor, changed, load_from, scene_table, scene_text
 from sits_mech.store import Row
 from sits_mech.units import SceneError, shown, si_label
 
@@ -191,7 +191,7 @@ def _study(table: Mapping[str, Any], folder: Path) -> Study:
     given = checked(StudyTable, table, "study", first=1)
     request, fixed = REQUESTS[given.request], given.fixed
     check_names(given.request, given.vary | given.derive, fixed)
-    scenes = {name: load_beside(folder, name, overrides_of(fixed, request)) for name in given.scene}
+    scenes = {name: load_from(folder, name, overrides_of(fixed, request)) for name in given.scene}
     then = stages_of(given, scenes)
     asked = {key: table[key] for key in ("combine", "adaptive") if key in table}
     whole = _combined(given, Study({}, given.request, {}, arguments_of(fixed, request), asked=asked))

@@ -177,9 +177,9 @@ class StudyTable(BaseModel):
         """Refuse samples without a number, a number of what is not drawn, and too many cases."""
         combine, drawn, count = self.combine, self.combine in SAMPLED, self.samples or 0
         cases = count * (len(self.varied) + 2 if combine == "saltelli" else 1)
-        beside = f"must stand beside combine = {', '.join(SAMPLED)}; got {combine}"
+        needed = f"must stand beside combine = {', '.join(SAMPLED)}; got {combine}"
         _check(
-            *((drawn or key not in self.model_fields_set, f"{key}: {beside}") for key in ("samples", "seed")),
+            *((drawn or key not in self.model_fields_set, f"{key}: {needed}") for key in ("samples", "seed")),
             (count or not drawn, f"samples: must be given, from 1 to {MOST}, for {combine}; it is missing"),
             (combine != "saltelli" or count.bit_count() == 1 < count,
              f"samples: must be a power of two for saltelli; got {count}"),

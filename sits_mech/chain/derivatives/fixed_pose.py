@@ -90,8 +90,8 @@ def _cause(number: Parameter, field: MagneticModel) -> str:
     alone = not number.scene.conductors and (target is None or target.metal.relative_permeability == 1.0)
     if number.name == _CONDUCTIVITY and alone:
         return "metal"
-    beside = is_coaxial(field) and ".centre." in number.name
-    return "length" if _of_field(number) and not beside else ""
+    off_axis = is_coaxial(field) and ".centre." in number.name
+    return "length" if _of_field(number) and not off_axis else ""
 
 
 def _free(number: Parameter, name: str, tolerance: float) -> Array:

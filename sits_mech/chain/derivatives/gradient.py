@@ -268,8 +268,8 @@ def _signal_slopes(
         offset, stencil = signals(L, L0, weights, wrong[..., k]).known, number.stencil()
         if any(place.sensor.coils != sensor.coils for place in stencil.places):
             for place in stencil.places:
-                beside = signals(L, L0 + place.amount * by_L0[:, k], signal_weights(place.sensor)).known
-                total = {name: value + place.weight * np.asarray(beside[name]) for name, value in total.items()}
+                shifted = signals(L, L0 + place.amount * by_L0[:, k], signal_weights(place.sensor)).known
+                total = {name: value + place.weight * np.asarray(shifted[name]) for name, value in total.items()}
             total = {name: value + stencil.own * np.asarray(offset[name]) for name, value in total.items()}
         for name, value in total.items():
             values.setdefault(name, []).append(value)

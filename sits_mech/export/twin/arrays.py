@@ -75,9 +75,9 @@ def twin_arrays(source: Source) -> tuple[dict[str, Any], tuple[str, ...]]:
     notes.append(note)
     found |= ({} if by_pose is None else by_pose.arrays("pose")) | _pad(source, notes) | _temperature(source)
     attrs = source.data.attrs
-    told = {name: np.array(attrs[name]) for name in ("scene", "scene_hash", "request") if name in attrs}
+    origin = {name: np.array(attrs[name]) for name in ("scene", "scene_hash", "request") if name in attrs}
     about = np.array(list(ABOUT.items()))
-    return {"about": about, **found, **told, "version": np.array(__version__)}, tuple(notes)
+    return {"about": about, **found, **origin, "version": np.array(__version__)}, tuple(notes)
 
 
 def readout_arrays(source: Source, kind: str, notes: list[str]) -> tuple[dict[str, Any], FrontEnd | None]:

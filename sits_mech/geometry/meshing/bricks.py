@@ -152,8 +152,8 @@ def ring_bricks(
 
 def _rings(lines: Lines) -> Array:
     """Return lines outwards: 0 in the middle, 1 at the target's outline, 2 at the pad's."""
-    inside, beside, _ = lines
-    return np.concatenate([CORE + (1.0 - CORE) * inside, 1.0 + beside[1:]])
+    inside, outside, _ = lines
+    return np.concatenate([CORE + (1.0 - CORE) * inside, 1.0 + outside[1:]])
 
 
 def _quads(index: Integers) -> Integers:
@@ -192,14 +192,14 @@ def _square(rho: Array, around: int) -> tuple[Array, Integers]:
     return np.vstack(points), np.vstack(cells)
 
 
-def _placed(flat: Array, target: PlateOutline, *beside: PlateOutline) -> Array:
-    """Return where points of the square, shape (2, n), lie in the pad; `beside` are outlines from the target's on."""
+def _placed(flat: Array, target: PlateOutline, *outside: PlateOutline) -> Array:
+    """Return where points of the square, shape (2, n), lie in the pad; `outside` are outlines from the target's on."""
     rho = np.abs(flat).max(axis=0)
     edge = flat / np.where(rho > 0.0, rho, 1.0)
     core = _on(PlateOutline(target.half_x, target.half_y, False), edge) * (_SHRUNK if target.is_round else 1.0)
     part = np.clip((rho - CORE) / (1.0 - CORE), 0.0, 1.0)
     inside = (1.0 - part) * np.minimum(rho, CORE) * core + part * _on(target, edge)
-    for number, outline in enumerate(beside, 1):
+    for number, outline in enumerate(outside, 1):
         beyond = np.clip(rho - number, 0.0, 1.0)
         inside = (1.0 - beyond) * inside + beyond * _on(outline, edge)
     return np.asarray(inside)
@@ -277,6 +277,6 @@ def pillar_bricks(
     half, division = ring_bricks(disc, disc, (lines[0], np.zeros(1), lines[1]), around, split, first)
     whole = both_halves(half)
     on_plane = [(half, (x, 0.0)) for x, y in middles if abs(y) <= _PLANE]
-    beside = [(whole, (x, y)) for x, y in middles if y > _PLANE]
-    divisions = [division] * len(on_plane) + [division.doubled] * len(beside)
-    return side_by_side([*on_plane, *beside]), concatenated(divisions)
+    outside = [(whole, (x, y)) for x, y in middles if y > _PLANE]
+    divisions = [division] * len(on_plane) + [division.doubled] * len(outside)
+    return side_by_side([*on_plane, *outside]), concatenated(divisions)

@@ -77,14 +77,14 @@ def crossing_bricks(
     """
     disc, box = (target, pad) if target.is_round else (pad, target)
     r, w, h = disc.half_x, box.half_x, box.half_y
-    inside, beside, z = lines
+    inside, outside, z = lines
     cuts = _cuts(r, w, h)
     pieces = _pieces(r, w, h, cuts, around)
     patches = [_core(pieces, len(cuts) == 2), *(_ring(piece, inside) for piece in pieces)]
     if target.is_round:
-        patches += _beyond_arc(r, w, h, cuts, beside, around)
+        patches += _beyond_arc(r, w, h, cuts, outside, around)
     else:
-        patches += [own for axis in cuts for own in _beyond_side(r, (w, h), axis, beside, around)]
+        patches += [own for axis in cuts for own in _beyond_side(r, (w, h), axis, outside, around)]
     quarter, division = patch_bricks(patches, z, split)
     return both_halves(quarter, axis=0), division.doubled
 
@@ -164,32 +164,32 @@ def _ring(piece: _Piece, inside: Array) -> QuadPatch:
                      piece.rim, inside, even)
 
 
-def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], beside: Array, around: int) -> list[QuadPatch]:
+def _beyond_arc(r: float, w: float, h: float, cuts: tuple[int, ...], outside: Array, around: int) -> list[QuadPatch]:
     """Return what of a box lies beside a disc."""
     (A, B), C = _ends(r, w, h), np.array([w, h])
     if len(cuts) == 2:
-        return _three_sided(arc(A, B), straight(A, C), straight(B, C), beside, around)
+        return _three_sided(arc(A, B), straight(A, C), straight(B, C), outside, around)
     begin, end = (C, np.array([0.0, h])) if 0 in cuts else (np.array([w, 0.0]), C)
     return [QuadPatch(arc(A, B), straight(begin, end), straight(A, begin), straight(B, end),
-                      np.linspace(0.0, 1.0, 2 * around + 1), beside)]
+                      np.linspace(0.0, 1.0, 2 * around + 1), outside)]
 
 
-def _beyond_side(r: float, sides: tuple[float, float], axis: int, beside: Array, around: int) -> list[QuadPatch]:
+def _beyond_side(r: float, sides: tuple[float, float], axis: int, outside: Array, around: int) -> list[QuadPatch]:
     """Return what of a disc lies beyond one side of a rectangle."""
     tip = _ends(r, *sides)[axis]
     foot, top = (np.where(np.arange(2) == axis, size, 0.0) for size in (sides[axis], r))
-    return _three_sided(straight(foot, tip), straight(foot, top), arc(tip, top), beside, around)
+    return _three_sided(straight(foot, tip), straight(foot, top), arc(tip, top), outside, around)
 
 
-def _three_sided(bonded: Curve, first: Curve, second: Curve, beside: Array, around: int) -> list[QuadPatch]:
+def _three_sided(bonded: Curve, first: Curve, second: Curve, outside: Array, around: int) -> list[QuadPatch]:
     """Return the three pieces of what lies between a bonded side and two curves from its ends to where they meet."""
     half = np.array([0.5])
     M, F, S = (curve(half)[0] for curve in (bonded, first, second))
     G = (M + F + S) / 3.0
     even = np.linspace(0.0, 1.0, around + 1)
     return [
-        QuadPatch(part(bonded, 0.0, 0.5), straight(F, G), part(first, 0.0, 0.5), straight(M, G), even, beside),
-        QuadPatch(part(bonded, 0.5, 1.0), straight(G, S), straight(M, G), part(second, 0.0, 0.5), even, beside),
+        QuadPatch(part(bonded, 0.0, 0.5), straight(F, G), part(first, 0.0, 0.5), straight(M, G), even, outside),
+        QuadPatch(part(bonded, 0.5, 1.0), straight(G, S), straight(M, G), part(second, 0.0, 0.5), even, outside),
         QuadPatch(straight(F, G), part(second, 1.0, 0.5), part(first, 0.5, 1.0), straight(G, S), even, even),
     ]
 

@@ -168,13 +168,13 @@ def _distance(points: Array, triangles: Array) -> Array:
     double = np.linalg.norm(normal, axis=1)
     double = np.where(double > 0.0, double, 1.0)
     height = np.abs(((points - a) * normal).sum(axis=1)) / double
-    beside = np.zeros(len(points))
+    outward = np.zeros(len(points))
     for start, end in ((a, b), (b, c), (c, a)):
         across = np.cross(normal, end - start)
         size = np.linalg.norm(across, axis=1)
         inward = ((points - start) * across).sum(axis=1) / np.where(size > 0.0, size, 1.0)
-        beside = np.maximum(beside, -inward)
-    return np.asarray(np.maximum(height, beside))
+        outward = np.maximum(outward, -inward)
+    return np.asarray(np.maximum(height, outward))
 
 
 def _check_hinges(name: str, points: Array, cells: Integers, surface: CellFaces) -> None:

@@ -51,10 +51,10 @@ def not_coaxial(sensor: Sensor, model: str, shapes: tuple[str, ...] = ("disc",))
         return Refusal(f"coils.{bent.name}.shape", f"be circle for {model}", bent.shape)
     if drawn := next(((name, part) for name, part in plates if part.shape not in shapes), None):
         return Refusal(f"{drawn[0]}.shape", f"be {' or '.join(shapes)} for {model}", drawn[1].shape)
-    return _beside(sensor.conductors, coil, model)
+    return _misplaced(sensor.conductors, coil, model)
 
 
-def _beside(parts: Sequence[Conductor], coil: Coil, model: str) -> Refusal | None:
+def _misplaced(parts: Sequence[Conductor], coil: Coil, model: str) -> Refusal | None:
     """Return which fixed plate is tilted or off a coil's axis; None if none is."""
     for part in parts:
         if tilted := next((key for key in ("alpha", "alpha_x") if getattr(part, key)), None):

@@ -50,9 +50,9 @@ class CoaxialDisc:
     def away(self, tracks: Sections) -> float:
         """Return its distance from the nearest of the coil's tracks [m]."""
         out, into = tracks.radius - self.radius, self.inner - tracks.radius
-        beside, half = np.maximum(np.maximum(out, into) - tracks.width / 2, 0.0), tracks.height / 2
+        radial, half = np.maximum(np.maximum(out, into) - tracks.width / 2, 0.0), tracks.height / 2
         above = np.maximum(np.maximum(tracks.z - half - self.top, self.bottom - tracks.z - half), 0.0)
-        return max(float(np.hypot(beside, above).min()), _LEAST * self.radius)
+        return max(float(np.hypot(radial, above).min()), _LEAST * self.radius)
 
     def first_cell(self, frequency: float, fineness: float) -> float:
         """Return the size of the cells at its faces and rim [m]."""
@@ -111,10 +111,10 @@ def divide_axis(discs: Sequence[CoaxialDisc], tracks: Sections, frequency: float
 
 def _to_tracks(disc: CoaxialDisc, tracks: Sections, r: Array) -> Array:
     """Return the distance of places on a disc's faces from the nearest track [m]."""
-    beside = np.maximum(np.abs(r[:, None] - tracks.radius) - tracks.width / 2, 0.0)
+    radial = np.maximum(np.abs(r[:, None] - tracks.radius) - tracks.width / 2, 0.0)
     half = tracks.height / 2
     above = np.maximum(np.maximum(tracks.z - half - disc.top, disc.bottom - tracks.z - half), 0.0)
-    return np.asarray(np.maximum(np.hypot(beside, above).min(axis=1), _LEAST * disc.radius))
+    return np.asarray(np.maximum(np.hypot(radial, above).min(axis=1), _LEAST * disc.radius))
 
 
 def _joined(corners: Array, size: Callable[[Array], Array]) -> Array:

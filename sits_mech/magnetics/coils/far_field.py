@@ -78,9 +78,9 @@ def ball_of(radius: float, permeable: bool) -> Body:
 def body_around(plate: Target | Conductor) -> Body:
     """Return the ellipsoids and the ball around a plate; the ball alone of one that is turned."""
     stretch, is_round = np.array(_STRETCH), plate.diameter is not None
-    beside = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
+    lateral = stretch / (stretch - 1.0) * (1.0 if is_round else 2.0)
     half = 0.5 * np.array([*plate.extent, plate.thickness])
-    a, b, c = half[:, None] * np.sqrt(np.stack([beside, beside, stretch]))
+    a, b, c = half[:, None] * np.sqrt(np.stack([lateral, lateral, stretch]))
     N = a * b * c / 3.0 * np.stack([elliprd(b**2, c**2, a**2), elliprd(c**2, a**2, b**2), elliprd(a**2, b**2, c**2)])
     permeable = plate.metal.relative_permeability != 1.0
     radius = math.hypot(*half[1 if is_round else 0 :])

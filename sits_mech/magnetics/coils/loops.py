@@ -201,9 +201,9 @@ def _clearance(first: Sections, second: Sections, distance: float) -> float:
     """Return how far two windings with axes a distance apart are from each other at least [m]."""
     (low, high), (least, most) = (((each.radius - each.width / 2).min(), (each.radius + each.width / 2).max())
                                   for each in (first, second))
-    beside = max(distance - high - most, low - distance - most, least - distance - high, 0.0)
+    radial = max(distance - high - most, low - distance - most, least - distance - high, 0.0)
     levels = np.abs(first.z[:, None] - second.z) - (first.height[:, None] + second.height) / 2
-    return math.hypot(beside, max(float(levels.min()), 0.0))
+    return math.hypot(radial, max(float(levels.min()), 0.0))
 
 
 def _across(filaments: tuple[Array, Array, Array], height: float, reach: tuple[float, float]) -> Chebyshev:

@@ -95,8 +95,8 @@ def ring_profile(coil: Coil, rho: Array, z: Array, clearance: float, error: floa
     total = np.zeros(rho.shape)
     columns = zip(rings.radius, rings.z, rings.width, rings.height, rings.signs, strict=True)
     for radius, middle, width, height, way in columns:
-        beside, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
-        parts = _farther(coil, np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0)), clearance, error)
+        radial, above = np.abs(rho - radius) - width / 2, np.abs(z - middle) - height / 2
+        parts = _farther(coil, np.hypot(np.maximum(radial, 0.0), np.maximum(above, 0.0)), clearance, error)
         seconds = _POINT * rings.radius.size * sum(math.prod(counts) * rho[some].size for counts, some in parts)
         where = f"at {rho.size} points from {1e3 * clearance:.2g} mm on"
         check_seconds(seconds, f"coils: the field of {rings.radius.size} turns {where}")

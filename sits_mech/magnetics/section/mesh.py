@@ -112,8 +112,8 @@ def _grid(plate: PlateSection, sources: Complex, skin_depth: float, fineness: Fi
     local = (sources - plate.bottom) * np.exp(1j * plate.alpha)
     xi, eta = local.real + plate.width / 2, local.imag
 
-    def size(s: Array, length: float, same: Array, beside: Array) -> Array:
-        distance = np.hypot(s[:, None] - same, beside).min(axis=1)
+    def size(s: Array, length: float, same: Array, away: Array) -> Array:
+        distance = np.hypot(s[:, None] - same, away).min(axis=1)
         ends = first + fineness.growth * np.minimum(s, length - s)
         return np.asarray(np.minimum(np.minimum(ends, fineness.share * length), fineness.near * distance))
 

@@ -113,21 +113,21 @@ def prepared(target: Target, rung: PlateRung, scale: _Scale, become: Target | No
 
 @latest(64)
 def prepared_near(
-    target: Target, rung: PlateRung, scale: _Scale, beside: float | Sources = 0.0,
+    target: Target, rung: PlateRung, scale: _Scale, nearby: float | Sources = 0.0,
     become: Target | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
 
-    `beside` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
+    `nearby` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
     away as it is prepared for.
     """
-    seen = Seen.AT_REST if isinstance(beside, Sources) else Seen.IN_POSES
+    seen = Seen.AT_REST if isinstance(nearby, Sources) else Seen.IN_POSES
     family = _fitting_family(target, rung, scale, (seen, become))
     _announce(family, scale)
-    others = None if beside == 0.0 else beside
+    others = None if nearby == 0.0 else nearby
     return prepare_near(
         family.divisions, target.metal.conductivity, family.box, family.resolved, family.depth,
-        beside=field_box(target, others, rung) if isinstance(others, float) else others,
+        nearby=field_box(target, others, rung) if isinstance(others, float) else others,
     )
 
 

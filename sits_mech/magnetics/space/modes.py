@@ -101,7 +101,7 @@ def division_arrays(plates: Sequence[Sheeted]) -> dict[str, Any]:
         found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields}
     for d, plate in enumerate(plates):
         for k, part in enumerate(plate.classes):
-            found |= {f"{name}_{d}_{k}": getattr(part, name) for name in ("diagonal", "beside", "coupling")}
+            found |= {f"{name}_{d}_{k}": getattr(part, name) for name in ("diagonal", "off_diagonal", "coupling")}
     return found
 
 
@@ -111,7 +111,7 @@ def division_from_arrays(box: Box, highest: float, arrays: Mapping[str, Any]) ->
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
     return tuple(
         Sheeted(box, bases, tuple(
-            Reduced(arrays[f"diagonal_{d}_{k}"], arrays[f"beside_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest)
+            Reduced(arrays[f"diagonal_{d}_{k}"], arrays[f"off_diagonal_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest)
             for k in range(count)
         ), *own)
         for d, own in enumerate(arrays["sizes"].tolist())

@@ -95,8 +95,8 @@ class Near:
     def whole(self) -> Reduced:
         """All classes' reduced currents, one class after the other."""
         parts = [part.reduced for part in self.classes]
-        beside = np.concatenate([np.append(part.beside, 0.0) for part in parts])[:-1]
-        return Reduced(np.concatenate([part.diagonal for part in parts]), beside, np.empty((0, 0)), parts[0].highest)
+        off = np.concatenate([np.append(part.off_diagonal, 0.0) for part in parts])[:-1]
+        return Reduced(np.concatenate([part.diagonal for part in parts]), off, np.empty((0, 0)), parts[0].highest)
 
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
@@ -138,14 +138,14 @@ class Near:
 
 def prepare_near(
     divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
-    depth: float = 0.0, beside: Box | Sources | None = None,
+    depth: float = 0.0, nearby: Box | Sources | None = None,
 ) -> tuple[Near, ...]:
     """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
 
-    `beside` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
+    `nearby` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
     fields on `box`.
     """
-    others, sources = (box, beside) if isinstance(beside, Sources) else (beside, None)
+    others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
     found: list[dict[tuple[int, int], _Class]] = []
     bases: dict[tuple[int, int], Basis] = {}
     metal, alike = (conductivity, depth), first_alike(divisions)

@@ -138,13 +138,13 @@ def fitting(
     TooLarge where not even the coarsest one does.
     """
     *finer, coarsest = rungs_for(tolerance, plates, half)
-    said: tuple[Note, ...] = ()
+    remarks: tuple[Note, ...] = ()
     for rung in finer:
         try:
-            return divided(rung), rung, said
+            return divided(rung), rung, remarks
         except TooLarge as refusal:
-            said = (Note.of(NoteKind.PLATE_TOO_LARGE, **refusal.numbers),)
-    return divided(coarsest), coarsest, said
+            remarks = (Note.of(NoteKind.PLATE_TOO_LARGE, **refusal.numbers),)
+    return divided(coarsest), coarsest, remarks
 
 
 def _stem(rung: PlateRung) -> int:

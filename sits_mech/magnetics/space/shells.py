@@ -122,8 +122,8 @@ def surface(plan: CellPlan, levels: Array) -> HalfSurface:
     quads = cells[:, 2] != cells[:, 3]
     faces = np.vstack([cells[:, :3], cells[quads][:, [0, 2, 3]]])
     cell, side = np.divmod(np.flatnonzero(outer), 4)
-    beside = np.where(quads[cell] & (side > 1), len(cells) + np.cumsum(quads)[cell] - 1, cell)
-    corner = known, np.stack([beside, len(faces) + len(beside) + np.arange(len(beside))])
+    neighbour = np.where(quads[cell] & (side > 1), len(cells) + np.cumsum(quads)[cell] - 1, cell)
+    corner = known, np.stack([neighbour, len(faces) + len(neighbour) + np.arange(len(neighbour))])
     triangles = [faces]
     for k, z in enumerate(levels[-2::-1]):
         under = n + k * rim.size + ends.reshape(2, -1)
@@ -172,13 +172,13 @@ def shell_classes(part: HalfSurface) -> list[ShellClass]:
 
 def _corners(part: HalfSurface, curls: list[Any]) -> list[Any]:
     """Return int d_s u d_s v along the corners, and int d_n u d_n v across these on both sides."""
-    (a, b), beside = part.corner
+    (a, b), neighbour = part.corner
     way = part.nodes[b] - part.nodes[a]
     length, c = np.linalg.norm(way, axis=1), np.arange(len(a))
     ends = np.concatenate([1.0 / np.sqrt(length), -1.0 / np.sqrt(length)])
     along = sp.csr_array((ends, (np.r_[c, c], np.r_[b, a])), shape=(len(a), len(part.nodes)))
     across = [sum(sp.diags_array(s / np.sqrt(length)) @ C[own] for s, C in zip(way.T, curls, strict=True))
-              for own in beside]
+              for own in neighbour]
     return [along.T @ along, sum(each.T @ each for each in across)]
 
 

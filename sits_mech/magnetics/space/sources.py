@@ -218,8 +218,8 @@ def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
         return coil_potential(coil, points, distance)
     axis, P = Radial(coil, distance), np.empty(len(points))
     steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
-    beside, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
-    nodes, values = _profiles(axis, tuple(heights.tolist()), beside if steps.min() > beside else 0, last)
+    rim, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
+    nodes, values = _profiles(axis, tuple(heights.tolist()), rim if steps.min() > rim else 0, last)
     for k, row in enumerate(values):
         P[level == k] = CubicSpline(nodes, row)(steps[level == k])
     return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])

@@ -48,8 +48,8 @@ def memory_of_box(cells: tuple[int, ...]) -> Memory:
     """Return the memory of a layer held at its lower face, from its cells along x, y, z, or x, z of a section."""
     d, e = len(cells), prod(cells)
     k = q = 3**d
-    *beside, through = cells
-    whole = (*((count, _FREE, _FREE) for count in beside), (through, _HELD, _FREE))
+    *across, through = cells
+    whole = (*((count, _FREE, _FREE) for count in across), (through, _HELD, _FREE))
     piece = _box(whole, leaf_size(d * k))
     sizes = (e * per_element(q, d, k, d + 1, d == 2), e * (d * k) ** 2, piece.factor, piece.peak)
     return Memory(*(NUMBER * size for size in sizes))

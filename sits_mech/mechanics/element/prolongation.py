@@ -80,9 +80,9 @@ def along_family(coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Subdivisio
     shape = (len(fine.nodes), len(coarse.nodes))
     nodes = sparse.csr_matrix((weights.ravel(), (rows, coarse.cells[owner].ravel())), shape=shape)
     nodes.eliminate_zeros()
-    beside = 1e-6 * np.array(list(product((-1.0, 1.0), repeat=own.low.shape[1])))  # a middle may lie between parents
+    nudges = 1e-6 * np.array(list(product((-1.0, 1.0), repeat=own.low.shape[1])))  # a middle may lie between parents
     middle = 0.5 * (new.low + new.high)
-    parents = np.stack([_located(own, new.base, middle + away)[0] for away in beside])
+    parents = np.stack([_located(own, new.base, middle + away)[0] for away in nudges])
     return Prolongation(nodes, _linear(coarse, fine, parents, BRICK), parents)
 
 

@@ -206,7 +206,7 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     About an axis those on d_y and alpha_x, (2, 2), without contact.
     """
     if body.mesh.hoop:
-        return _beside_axis(body, made)
+        return _off_axis(body, made)
     if body.hidden is None:
         return None
     pattern = body.hidden()
@@ -214,7 +214,7 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
-def _beside_axis(body: Bonded, made: _Linear) -> Array:
+def _off_axis(body: Bonded, made: _Linear) -> Array:
     """Return the stiffness of a body about an axis on d_y and alpha_x; nan if singular."""
     here, nodes = made.at, body.bonded[:, 0] // 2
     own = harmonic_pattern(body.mesh, nodes.tobytes())

@@ -44,7 +44,7 @@ class Faces:
 
     nodes: Integers  # of the free faces
     under: Integers  # nodes before the target's plane
-    beside: Integers  # nodes before its side walls
+    outer: Integers  # nodes before its side walls
     target: PlateOutline  # half sizes [thicknesses]
     lines: tuple[Integers, ...] = ()  # of a section, the nodes of its faces in order
     skin: Skin | None = None  # None where faces are not held against each other
@@ -100,7 +100,7 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
     centre, turn = placed(q)
     seen = (place - centre - (0.0, 0.0, 1.0)) @ turn
     above = seen[:, 2] > _SEEN
-    inside = np.logical_and(inside_outline(faces.target, seen[faces.beside], -_SEEN), above[faces.beside])
+    inside = np.logical_and(inside_outline(faces.target, seen[faces.outer], -_SEEN), above[faces.outer])
     behind = {
         "ground": bool(np.any(place[faces.nodes, 2] < -_SEEN)),
         "plane": bool(np.any(above[faces.under])),
@@ -111,7 +111,7 @@ def face_contact(faces: Faces, mesh: MixedMesh, parts: tuple[Part, ...], u: Arra
         if isinstance(part, Contact):
             behind[part.plane] |= part(u, q).energy > _PRESSED
     held = behind["mirror"] or any(isinstance(part, SelfContact) and part(u, q).energy > _PRESSED for part in parts)
-    rise = float(seen[faces.beside][inside, 2].max(initial=0.0))
+    rise = float(seen[faces.outer][inside, 2].max(initial=0.0))
     crossing = not held and crosses_itself(faces, mesh, u)
     missed = False
     if crossing and faces.skin is not None:

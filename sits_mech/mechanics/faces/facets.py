@@ -98,15 +98,15 @@ def _passes(begin: Array, end: Array, triangle: Array) -> bool:
     across = np.cross(way, v)
     det = np.einsum("ni,ni->n", u, across)
     size = np.linalg.norm(u, axis=1) * np.linalg.norm(across, axis=1)
-    beside = np.abs(det) <= 1e-9 * size  # or in its plane
-    det = np.where(beside, 1.0, det)
+    parallel = np.abs(det) <= 1e-9 * size  # or in its plane
+    det = np.where(parallel, 1.0, det)
     start = begin - triangle[:, 0]
     upright = np.cross(start, u)
     a = np.einsum("ni,ni->n", start, across) / det
     b = np.einsum("ni,ni->n", way, upright) / det
     s = np.einsum("ni,ni->n", v, upright) / det
     inside = (a > -_SEEN) & (b > -_SEEN) & (a + b < 1.0 + _SEEN) & (s > -_SEEN) & (s < 1.0 + _SEEN)
-    return bool(np.any(inside & ~beside))
+    return bool(np.any(inside & ~parallel))
 
 
 def normals(corners: Array) -> Array:

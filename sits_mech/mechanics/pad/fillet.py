@@ -93,8 +93,8 @@ def fillet_lines(fillet: Fillet, cells: int, grading: float) -> tuple[Array, Arr
     wide, narrow = fillet.half_layer, fillet.half_target
     if fillet.flush:
         return segment(-wide, wide), z
-    beside, under = segment(narrow, wide), matched_cells(2.0 * narrow, cells, grading)
-    return np.concatenate([-beside[:0:-1], graded_segment(-narrow, narrow, under, grading), beside[1:]]), z
+    outside, under = segment(narrow, wide), matched_cells(2.0 * narrow, cells, grading)
+    return np.concatenate([-outside[:0:-1], graded_segment(-narrow, narrow, under, grading), outside[1:]]), z
 
 
 def drawn_in(fillet: Fillet, places: Array) -> Array:

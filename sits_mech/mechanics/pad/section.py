@@ -220,15 +220,15 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
         X[:, 2] = z[top] - 1.0
         line = covered_faces(mesh, half_layer, cover)
         return _Numbered(mesh, free, bonded, X, _around(mesh, outline, line), (("ground", edge_points(mesh, [line])),))
-    sides, beside = side_faces(mesh), top_faces(mesh, half)
+    sides, upper = side_faces(mesh), top_faces(mesh, half)
     inner = np.concatenate([face[1:-1] for face in sides])
-    above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in beside)])
-    under = inner if not beside else above[:0]
-    pairs = zip(sides, beside or sides, strict=True)
-    lines = tuple(np.concatenate([side, face[::-1][1:]]) if beside else side for side, face in pairs)
+    above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in upper)])
+    under = inner if not upper else above[:0]
+    pairs = zip(sides, upper or sides, strict=True)
+    lines = tuple(np.concatenate([side, face[::-1][1:]]) if upper else side for side, face in pairs)
     faces = Faces(inner, under, above, outline, lines, section_skin(mesh, lines))
-    ground, other = edge_points(mesh, sides), edge_points(mesh, beside) if beside else edge_points(mesh, sides)
-    surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if beside else "plane", other))
+    ground, other = edge_points(mesh, sides), edge_points(mesh, upper) if upper else edge_points(mesh, sides)
+    surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if upper else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
 
 

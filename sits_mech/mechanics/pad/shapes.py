@@ -164,8 +164,8 @@ def cells_of(shape: PadShape, split: int, grading: float, layers: int) -> tuple[
         _, division = half_bricks(shape, 1, grading)
         return split * (outwards + 1), split * -(-division.bases // (outwards * up)), split * up
     if own.is_round or pad.is_round:
-        inside, beside = ring_lines(own, pad, *way, cover)
-        return len(inside) + len(beside) - 2 + core, around, through
+        inside, outside = ring_lines(own, pad, *way, cover)
+        return len(inside) + len(outside) - 2 + core, around, through
     x, y, _ = box_lines(own, pad, *way, cover=cover)
     return len(x) - 1, len(y) - 1, through
 
@@ -174,7 +174,7 @@ def _crossing_lines(plate: PlateOutline, pad: PlateOutline, split: int, grading:
     """Return lines from the core (0) to the bonded rim (1), and from there (0) to the farthest of the pad (1)."""
     half = max(map(min, plate[:2], pad[:2]))
     gap = pad.half_x - min(plate[:2]) if pad.is_round else float(np.hypot(*pad[:2])) - plate.half_x
-    return under_lines(half, split, grading) / half, beside_lines(gap, split, grading) / gap
+    return under_lines(half, split, grading) / half, outside_lines(gap, split, grading) / gap
 
 
 def outlines(target: Target, elastomer: Elastomer) -> tuple[PlateOutline, PlateOutline]:
@@ -238,8 +238,8 @@ def box_lines(
 def _covered_lines(over: float, gap: float, split: int, grading: float, layers: int = 0) -> Array:
     """Return the lines from the target's edge (0) over a cover's outline to the pad's side."""
     if over < 1e-9:
-        return beside_lines(gap, split, grading, layers)
-    own, end = over * graded(split, grading, layers), beside_lines(gap - over, split, grading)
+        return outside_lines(gap, split, grading, layers)
+    own, end = over * graded(split, grading, layers), outside_lines(gap - over, split, grading)
     return np.concatenate([own[:-1], over + end])
 
 
@@ -254,10 +254,10 @@ def ring_lines(
     inside = under_lines(half, split, grading, layers) / half
     if cover is not None:
         gap = min(pad.half_x - cover.half_x, pad.half_y - cover.half_y)
-        end = beside_lines(gap, split, grading) / max(gap, 1e-9)
+        end = outside_lines(gap, split, grading) / max(gap, 1e-9)
         return inside, np.concatenate([graded(split, grading, layers)[:-1], 1.0 + end])
     gap = min(pad.half_x - plate.half_x, pad.half_y - plate.half_y)
-    return inside, np.zeros(1) if flush(plate, pad) else beside_lines(gap, split, grading, layers) / gap
+    return inside, np.zeros(1) if flush(plate, pad) else outside_lines(gap, split, grading, layers) / gap
 
 
 def under_lines(edge: float, split: int, grading: float, layers: int = 0) -> Array:
@@ -274,7 +274,7 @@ def under_lines(edge: float, split: int, grading: float, layers: int = 0) -> Arr
     return lines
 
 
-def beside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Array:
+def outside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Array:
     """Return the lines from the target's edge (0) to the pad's side; none but the first where there is no gap."""
     if gap < 1e-9:
         return np.zeros(1)

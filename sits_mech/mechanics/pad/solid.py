@@ -143,10 +143,10 @@ def numbered(
     below = [own.nodes.ravel() for plane, own in surfaces if plane == "plane"]
     under = np.intersect1d(np.concatenate([np.zeros(0, dtype=np.int64), *below]), nodes)
     mirror = min(0.0, float(mesh.nodes[:, 1].min())) if half else -np.inf
-    beside = np.setdiff1d(nodes, nodes if covered else under)
+    outer = np.setdiff1d(nodes, nodes if covered else under)
     level = np.asarray(where[2] if half else np.abs(mesh.nodes[:, 1]) < 1e-9)
     middle = _middle_faces(basis, level)
-    faces = Faces(nodes, under, beside, plate, (), around, convex, mirror, middle)
+    faces = Faces(nodes, under, outer, plate, (), around, convex, mirror, middle)
     if np.isfinite(mirror) and not convex:
         surfaces = (*surfaces, ("mirror", around.surface))
     return NumberedMesh(mesh, where, faces, surfaces, half)

@@ -97,7 +97,7 @@ def _quarters(nodes: Array, faces: Integers) -> Integers:
     own = np.flatnonzero(np.abs(nodes[:, 1]) < 1e-9)
     tree = cKDTree(nodes[own][:, [0, 2]])
     corners = nodes[faces][..., [0, 2]]
-    beside = own[tree.query(0.5 * (corners + np.roll(corners, -1, axis=1)))[1]]
+    mid_side = own[tree.query(0.5 * (corners + np.roll(corners, -1, axis=1)))[1]]
     middle = own[tree.query(corners.mean(axis=1))[1]]
-    parts = [faces, beside, np.repeat(middle[:, None], 4, axis=1), np.roll(beside, 1, axis=1)]
+    parts = [faces, mid_side, np.repeat(middle[:, None], 4, axis=1), np.roll(mid_side, 1, axis=1)]
     return np.stack(parts, axis=-1).reshape(-1, 4)

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
 _SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
-_BESIDE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
+_EDGE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _INTERFACE, _ON = "#c2185b", 1e-6  # colour; of the height, within which a node is on an interface
 _LINE = 0.15  # height of a further line of text [in]
 _SHOWN = {"displacement": "displacement [mm]", "stretch": "largest principal stretch, or its reciprocal [-]"}
@@ -119,7 +119,7 @@ def _draw_layer(figure: Figure, axes: Axes, mesh: DeformedSection, show: str, ed
     bar.update_ticks()
     most = values.max() if show == "stretch" else moved[mesh.quads].max()
     away = np.linalg.norm(mesh.rest[mesh.quads][:, :, None] - edges, axis=-1).min(axis=(1, 2))
-    near = np.isin(mesh.J, mesh.J[away < _BESIDE * np.ptp(mesh.rest[:, 1])])  # the quarters of a cell share its J
+    near = np.isin(mesh.J, mesh.J[away < _EDGE * np.ptp(mesh.rest[:, 1])])  # the quarters of a cell share its J
     least = mesh.J[~near].min(initial=1.0)
     shrunk = f"\nsmallest volume ratio, away from bonded edges, {least:.3f}" if least < _SHRUNK else ""
     label_bar(bar, f"{_SHOWN[show]}, at most {most:.3g}{shrunk}")

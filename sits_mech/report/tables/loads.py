@@ -172,8 +172,8 @@ def remarks(data: xr.Dataset) -> list[str]:
 
     The worst is by status, then by stretch; notes of a kind that differ only in numbers are one.
     """
-    said = [joined_words(data.attrs["notes"])] if data.attrs.get("notes") else []
-    said += kept_lines([data.attrs.get("left_out", "")])
+    remarked = [joined_words(data.attrs["notes"])] if data.attrs.get("notes") else []
+    remarked += kept_lines([data.attrs.get("left_out", "")])
     rows = list(points(data[["status", "notes", *(["stretch"] if "stretch" in data else [])]]))
     rows.sort(key=lambda row: (-WORDS.index(row["status"].item()), -np.nan_to_num(_number(row, "stretch"))))
     kinds: dict[Hashable, list[str]] = {}
@@ -181,7 +181,7 @@ def remarks(data: xr.Dataset) -> list[str]:
         for note in unpacked(str(row["notes"].item())):
             words = tuple(value for _, value in note.numbers if isinstance(value, str))
             kinds.setdefault((note.kind, words), []).append(f"{point_name(row)}: {sentence(note)}")
-    return said + [f"{len(each)} of {len(rows)} loads, worst {each[0]}" for each in kinds.values()]
+    return remarked + [f"{len(each)} of {len(rows)} loads, worst {each[0]}" for each in kinds.values()]
 
 
 def csv_text(data: xr.Dataset, *, units: bool = True) -> str:

@@ -18,7 +18,7 @@ from sits_mech.quantities import WRENCH
 from sits_mech.readout.converter import conversion_time, converter
 from sits_mech.scene.files import read_as
 from sits_mech.scene.parameters import parameter, value_of
-from sits_mech.scene.sensor import SceneError, Sensor, changed, load_beside, scene_text, silicones_of
+from sits_mech.scene.sensor import SceneError, Sensor, changed, load_from, scene_text, silicones_of
 from sits_mech.scene.thermal import unknown_coefficients
 from sits_mech.synthesis.required.kinds import KINDS, figure_names, figure_words, kind_of
 from sits_mech.synthesis.required.space import Space, space_of
@@ -64,7 +64,7 @@ def requirements_of(table: Mapping[str, Any], folder: Path = Path(), sensor: Sen
     """
     given = checked(Written, table if sensor is None else {"scene": "", **table}, "requirements")
     parts = given.model_dump(exclude_unset=True)
-    sensor = load_beside(folder, parts["scene"]) if sensor is None else sensor
+    sensor = load_from(folder, parts["scene"]) if sensor is None else sensor
     if sensor.target is None or sensor.elastomer is None:
         raise SceneError("scene: must have a target and an elastomer")
     loads, goal = parts["loads"], parts.get("goal", {})
@@ -98,14 +98,14 @@ def _limits(given: Mapping[str, Any], forces: tuple[str, ...]) -> dict[str, floa
     return found
 
 
-def _check_scatter(sensor: Sensor, space: Space, key: str, deviation: float, said: str) -> None:
+def _check_scatter(sensor: Sensor, space: Space, key: str, deviation: float, words: str) -> None:
     """Refuse a deviation of what is no length or number of the scene, or at twice which no sensor is possible."""
     if key in space.lists:
         raise SceneError(f"tolerance.{key}: must be of a length or a number; a list varies it")
     if key not in SPECIAL and value_of(sensor, key) is None:
         known = (*SPECIAL, "a dotted key of a length or number of the scene")
         raise SceneError(f"tolerance: {key} must be one of {', '.join(known)}")
-    small = f"tolerance.{key}: must leave a sensor that is off by twice of it; got {said}"
+    small = f"tolerance.{key}: must leave a sensor that is off by twice of it; got {words}"
     if key == "modulus" and not _TWICE * deviation < 1.0:
         raise SceneError(small)
     if key not in SPECIAL:
@@ -173,9 +173,9 @@ def _check_temperature(space: Space, sensor: Sensor) -> None:
     """Refuse a drift of parts whose coefficients are not known."""
     for key in ("elastomer.material", "target.material"):
         for other in _of_each(space, sensor, key):
-            said = unknown_coefficients(other)
-            if said:
-                raise SceneError(f"drift: {said}")
+            words = unknown_coefficients(other)
+            if words:
+                raise SceneError(f"drift: {words}")
 
 
 def _of_each(space: Space, sensor: Sensor, key: str) -> list[Sensor]:

@@ -29,7 +29,7 @@ _MOST = 1000  # choices
 _CORNERS = 256  # of bounds and lists, whose sizes are looked at
 _SILICONE = "elastomer.material"  # has no size
 _ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
-_BESIDE = 64  # round designs beside one
+_NEAREST = 64  # round designs beside one
 _STEPS = (5.0, 2.0, 1.0)  # round numbers of a decade, coarse first
 
 
@@ -155,7 +155,7 @@ class Space:
         """Return designs of round numbers beside one, the nearest first."""
         found: list[tuple[float, ...]] = [()]
         for variable, x in zip(self.variables, design.x, strict=True):
-            found = [(*own, each) for own in found for each in variable.round_neighbours(x)][:_BESIDE]
+            found = [(*own, each) for own in found for each in variable.round_neighbours(x)][:_NEAREST]
         return [Design(design.choice, x) for x in found]
 
     def width(self, variable: Variable, sensor: Sensor) -> float:

@@ -121,7 +121,7 @@ def _weights(value: Any) -> dict[str, float]:
     return found
 
 
-def _said(kind: Any, default: Any, words: str, **more: Any) -> tuple[Any, Any]:
+def _entry(kind: Any, default: Any, words: str, **more: Any) -> tuple[Any, Any]:
     """Return type, default and meaning of a key."""
     return kind, Field(default, description=words, **more)
 
@@ -130,15 +130,15 @@ def _limit(key: str, kind: FigureKind) -> tuple[Any, Any]:
     """Return the limit of a kind of figure."""
     words = f"{kind.meaning}; at {'least' if kind.least else 'most'}."
     if kind.of == "axes":
-        return _said(Annotated[Any, Reads(partial(_sides, kind.unit), _two(kind.unit))], None, words)
+        return _entry(Annotated[Any, Reads(partial(_sides, kind.unit), _two(kind.unit))], None, words)
     if not kind.of:
-        return _said(Annotated[float, positive(kind.unit)], None, words)
+        return _entry(Annotated[float, positive(kind.unit)], None, words)
     each: Any = {name: (Annotated[float, positive(figure_unit(f"{key}.{name}"))], None) for name in WRENCH}
-    return _said(create_model(key, __config__=FORM, **each), None, words)
+    return _entry(create_model(key, __config__=FORM, **each), None, words)
 
 
 _RANGES: Any = {
-    name: _said(
+    name: _entry(
         Annotated[Any, Reads(partial(_ends, UNITS[name]), _two(UNITS[name]))], None,
         f"Least and greatest [{UNITS[name]}].",
     )
@@ -146,10 +146,10 @@ _RANGES: Any = {
 }
 _LIMITS: Any = {key: _limit(key, KINDS[key]) for key in ASKED}
 _SPECIAL: Any = {
-    "modulus": _said(Annotated[float, positive("", _DEVIATION)], None, "All stiffnesses of the silicone together."),
-    "coil_offset": _said(
+    "modulus": _entry(Annotated[float, positive("", _DEVIATION)], None, "All stiffnesses of the silicone together."),
+    "coil_offset": _entry(
         Annotated[float, positive("m", _DEVIATION)], None, "Of the coils beside the pad, along x and along y [m]."),
-    "repeatability": _said(
+    "repeatability": _entry(
         Annotated[float, positive("", _DEVIATION)], None,
         "Of one reading of an inductance, over the inductance, beside the converter's noise.",
     ),
@@ -166,27 +166,27 @@ class _Deviations(BaseModel):
 
 
 _PARTS: Any = {
-    "scene": _said(str, ..., "A scene file in the same folder, or a name of the catalogue."),
-    "loads": _said(
-        create_model("loads", __config__=FORM, **_RANGES, overload=_said(
+    "scene": _entry(str, ..., "A scene file in the same folder, or a name of the catalogue."),
+    "loads": _entry(
+        create_model("loads", __config__=FORM, **_RANGES, overload=_entry(
             _OVERLOAD, 1.0, "Times the loads, carried within the data of the silicone.")),
         ..., "Components of the load that vary, one at least.",
     ),
-    "vary": _said(
+    "vary": _entry(
         dict[str, Annotated[Any, Reads(_varied, list_or_span_schema())]], ...,
         "Keys of the scene in quotes, a star for every coil: bounds or lists.", min_length=1,
     ),
-    "require": _said(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
-    "tolerance": _said(
+    "require": _entry(create_model("require", __config__=FORM, **_LIMITS), {}, "Limits of figures, all optional."),
+    "tolerance": _entry(
         create_model("tolerance", __base__=_Deviations, **_SPECIAL), {},
         "One standard deviation of what is made: of keys of the scene in quotes, and of these.",
     ),
-    "goal": _said(
+    "goal": _entry(
         create_model(
             "goal", __config__=FORM,
-            minimise=_said(Annotated[Any, Reads(_weights, _MINIMISED)], {}, (
+            minimise=_entry(Annotated[Any, Reads(_weights, _MINIMISED)], {}, (
                 'A figure, {figure = weight}, or "feasible": the first design within the limits.')),
-            least_yield=_said(
+            least_yield=_entry(
                 _YIELD, LEAST_YIELD, "Share of the sensors made that must hold every limit.", alias="yield"
             ),
         ), {}, "What is best.",

@@ -119,10 +119,10 @@ class Task:
         }
         words = list[str]()
         for one, other in combinations((name for name, own in held.items() if own), 2):
-            beside = [row[other] for row in held[one] if other in row]
-            if beside and not any(row in held[other] for row in held[one]):
+            reached = [row[other] for row in held[one] if other in row]
+            if reached and not any(row in held[other] for row in held[one]):
                 limit = self.limits[other]
-                nearest = min(beside, key=lambda value: over(other, value, limit))
+                nearest = min(reached, key=lambda value: over(other, value, limit))
                 least = f"with the first {other} comes to {figure_words(other, nearest)} against"
                 both = "no design holds both, solved or predicted"
                 words.append(f"{one} and {other}: {both}; {least} {figure_words(other, limit)}")

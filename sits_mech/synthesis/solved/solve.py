@@ -82,8 +82,8 @@ class Solver:
         still = ("repeatability", "coil_offset")
         found = {name: size for name, size in self.requirements.tolerance.items() if name not in still}
         if "coil_offset" in self.requirements.tolerance:
-            beside = any(name in self.requirements.loads for name in ("F_y", "M_x"))
-            ways = _OFFSETS if beside else _OFFSETS[:1]
+            out_of_plane = any(name in self.requirements.loads for name in ("F_y", "M_x"))
+            ways = _OFFSETS if out_of_plane else _OFFSETS[:1]
             found |= dict.fromkeys(ways, self.requirements.tolerance["coil_offset"])
         return found
 
@@ -145,8 +145,8 @@ class Solver:
     def _sizes(self, design: Design, sensor: Sensor) -> tuple[dict[str, float], dict[str, Array]]:
         """Return sizes and hysteresis of a design, and their derivatives by the variables."""
         plain = size_of(sensor)
-        moved = [self.requirements.space.sensor(each) for each, _ in _beside(design)]
-        ways = [way for _, way in _beside(design)]
+        moved = [self.requirements.space.sensor(each) for each, _ in _one_step_off(design)]
+        ways = [way for _, way in _one_step_off(design)]
         slopes = {name: np.zeros(len(design.x)) for name in plain}
         for k, (there, way) in enumerate(zip(moved, ways, strict=True)):
             for name, size in size_of(there).items():
@@ -180,8 +180,8 @@ class Solver:
     def _strain_slopes(self, design: Design, sensor: Sensor, worst: Overload) -> Array | None:
         """Return derivatives of the strain by the variables: of its own size as linear theory has them."""
         here = linear_strain(sensor, worst.load)
-        there = [linear_strain(self.requirements.space.sensor(each), worst.load) for each, _ in _beside(design)]
-        ways = np.array([way for _, way in _beside(design)])
+        there = [linear_strain(self.requirements.space.sensor(each), worst.load) for each, _ in _one_step_off(design)]
+        ways = np.array([way for _, way in _one_step_off(design)])
         found = (np.array(there) / here - 1.0) / ways * worst.strain
         return found if np.isfinite(found).all() else None
 
@@ -262,7 +262,7 @@ class Solver:
         return np.asarray(front.noise), np.asarray(own), float(front.rate)
 
 
-def _beside(design: Design) -> list[tuple[Design, float]]:
+def _one_step_off(design: Design) -> list[tuple[Design, float]]:
     """Return the designs a little beside one along each variable, and how far."""
     ways = [-_SLOPE if x > 0.5 else _SLOPE for x in design.x]
     return [(design.moved(k, way), way) for k, way in enumerate(ways)]

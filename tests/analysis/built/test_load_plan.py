@@ -16,14 +16,14 @@ LOADS = np.array([[0.0, 0.0], [0.3, 0.0], [0.3, 1.2], [-0.3, 1.2], [0.0, 0.6]])
 def test_planned_loads_tell_more_than_others(prior: Prior) -> None:
     """Of 200 sets of as many loads at random none brings the forces' mean square error as low."""
     plan = plan_loads(prior, 3)
-    told, start = prior.told(plan.read), prior.tared
+    gain, start = prior.fisher(plan.read), prior.tared
     answers, by = prior.force_slopes(prior.start, plan.read)
     each = answers @ by / np.ptp(plan.read, axis=0)[:, None]
     goal = np.einsum("mdp,mdq->pq", each, each)
     index = [int(np.argmin(np.abs(plan.read - load).sum(axis=1))) for load in plan.loads]
-    best = np.sum(goal * inverted(start + told[index].sum(axis=0)))
+    best = np.sum(goal * inverted(start + gain[index].sum(axis=0)))
     rng = np.random.default_rng(0)
-    others = [np.sum(goal * inverted(start + told[rng.integers(len(told), size=3)].sum(axis=0))) for _ in range(200)]
+    others = [np.sum(goal * inverted(start + gain[rng.integers(len(gain), size=3)].sum(axis=0))) for _ in range(200)]
     assert best <= min(others) * (1.0 + 1e-9)
     assert np.all(np.diff(plan.errors.mean(axis=1)) < 0.0) and np.all(plan.more <= plan.errors[-1] * (1.0 + 1e-9))
 

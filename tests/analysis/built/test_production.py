@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.prior import Prior
-from sits_mech.analysis.built.production import Told, produced, shared_by, told_by
+from sits_mech.analysis.built.production import Evidence, evidence_of, produced, shared_by
 from sits_mech.scene.sensor import SceneError
 from tests.analysis.built.conftest import LOADS, bench_of
 
@@ -15,7 +15,7 @@ from tests.analysis.built.conftest import LOADS, bench_of
 def test_one_number_read_of_many_units_in_closed_form() -> None:
     """With A = 1 - w^2, readings z_j of deviation r: m is their mean against A, with scatter w^2 + r^2."""
     z, r, w = np.array([0.3, 0.5, 0.1]), 0.2, 0.4
-    units = [Told(np.array([[1.0 / r**2]]), np.array([value / r**2])) for value in z]
+    units = [Evidence(np.array([[1.0 / r**2]]), np.array([value / r**2])) for value in z]
     found = shared_by(units, np.array([1.0 - w**2]), np.array([w]), settled=True)
     weight = 1.0 / (w**2 + r**2)
     precision = 1.0 / (1.0 - w**2) + 3.0 * weight
@@ -26,7 +26,7 @@ def test_one_number_read_of_many_units_in_closed_form() -> None:
 def test_units_tell_how_much_they_differ() -> None:
     """Of a hundred exactly read units the scatter is their own; of none it is what was stated; shared it stays zero."""
     z = np.random.default_rng(0).normal([0.5, -0.2], [0.1, 0.0], (100, 2))
-    units = [Told(1e8 * np.eye(2), 1e8 * value) for value in z]
+    units = [Evidence(1e8 * np.eye(2), 1e8 * value) for value in z]
     found = shared_by(units, np.array([0.5, 1.0]), np.array([np.sqrt(0.5), 0.0]))
     assert found.within[0] == pytest.approx(np.sqrt((4.0 * 0.5 + 99.0 * z[:, 0].var(ddof=1)) / 104.0), rel=0.02)
     assert found.within[1] == 0.0 and found.mean == pytest.approx([z[:, 0].mean(), -0.2], abs=2e-3)
@@ -37,7 +37,7 @@ def test_units_tell_how_much_they_differ() -> None:
 def test_what_a_unit_tells_is_without_what_was_known(prior: Prior) -> None:
     """What was known and what is told make the posterior again."""
     found = adapt(prior, bench_of(prior))
-    told = told_by(found)
+    told = evidence_of(found)
     size, fit = prior.deviations, found.fit
     free = found.known.free[: len(size)]
     slopes = np.array([each.known_slope(value) for each, value in zip(free, found.values.tolist(), strict=True)])

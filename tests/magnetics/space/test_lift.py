@@ -22,7 +22,7 @@ def rigid(places: Array) -> Array:
 @pytest.mark.parametrize("name", ["biorob2018", "biorob2018-w15"])
 def test_what_turns_by_its_points_is_seen_as_what_turns(name: str) -> None:
     sensor = load_sensor(name)
-    model = sheets(sensor, 1e-2).beside(sensor, single=True)
+    model = sheets(sensor, 1e-2).varied(sensor, single=True)
     turned = Pose.of(POSE.components[None])
     _, slopes, _ = pose_slopes(sensor, model, turned, sensor.frequency, ("d_v", "alpha", "d_h"))
     by = np.diagonal(slopes[0], axis1=0, axis2=1)

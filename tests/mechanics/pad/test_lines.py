@@ -7,12 +7,12 @@ import pytest
 
 from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.pad.shapes import (
-    beside_lines,
     box_lines,
     flush,
     graded,
     lines_through,
     outlines,
+    outside_lines,
     ring_lines,
     under_lines,
 )
@@ -61,7 +61,7 @@ def test_a_square_pad_has_the_same_lines_along_x_and_y():
 
 def test_a_flush_pad_has_no_lines_beside_and_both_faces_graded():
     assert flush(half(4.0), half(4.0)) and not flush(half(4.0), half(4.1))
-    np.testing.assert_array_equal(beside_lines(0.0, 3, 2.0), [0.0])
+    np.testing.assert_array_equal(outside_lines(0.0, 3, 2.0), [0.0])
     z = lines_through(3, 2.0, True)
     np.testing.assert_allclose(z + z[::-1], 1.0)
     upper = lines_through(3, 2.0, False)
@@ -71,7 +71,7 @@ def test_a_flush_pad_has_no_lines_beside_and_both_faces_graded():
 @pytest.mark.parametrize("gap", [0.1, 1.25, 1.875, 3.0, 100.0])
 def test_lines_beside_end_at_the_side(gap):
     for split in (1, 2, 3):
-        lines = beside_lines(gap, split, 2.0)
+        lines = outside_lines(gap, split, 2.0)
         assert lines[0] == 0.0 and lines[-1] == pytest.approx(gap) and np.all(np.diff(lines) > 0.0)
         assert len(lines) <= 2 * split + 1
 
