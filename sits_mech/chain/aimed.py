@@ -63,7 +63,7 @@ class Aim:
         return self.goal.left(self.tolerance)
 
     def sharing(self, own: Sequence[Equilibrium], whole: Sequence[Equilibrium]) -> Aim:
-        """Return the aim that shares its tolerance with what the model leaves out, by equilibria without it and with it."""
+        """Return the aim that leaves a part to what a model leaves out, by equilibria without it and with it."""
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 

@@ -27,6 +27,7 @@ from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
 from sits_mech.magnetics.models import MODELS as MAGNETIC
 from sits_mech.magnetics.tracks import Tracked
+from sits_mech.mechanics.closed_form import is_film
 from sits_mech.mechanics.models import MODELS as MECHANICAL
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import on_target, touched
@@ -183,13 +184,19 @@ def choose_mechanics(
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a force to move the target; it is missing")
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
-    able = [each for each in found.candidates if each.model.bends and each.refusal is None]
-    able = [each for each in able if name == "auto" or each.model.name == name]
-    least = able[0].model.least if able else 0.0
-    if not able or not any(item.size >= HALF * tolerance for item in bending(sensor, loads, least)):
+    every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
+    able = next((each for each in every if each.model.bends), None)
+    if able is None or _of_a_film(sensor, found):
         return found
-    taken = found if MECHANICS[found.name].bends else _taken(able[0], Why.BENDS, found.candidates)
-    return replace(taken, bent=True)
+    if not any(item.size >= HALF * tolerance for item in bending(sensor, loads, able.model.least)):
+        return found
+    return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
+
+
+def _of_a_film(sensor: Sensor, found: Choice) -> bool:
+    """Whether a film is answered by one compliance: meshes that bend would have a thousand cells across."""
+    film = sensor.target is not None and sensor.elastomer is not None and is_film(sensor.target, sensor.elastomer)
+    return film and not MECHANICS[found.name].bends
 
 
 def magnetic_question(

@@ -34,14 +34,14 @@ def test_no_case_is_at_fault(asked: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("said", "fault"),
     [
-        (malformed.Said(0, '{"flags": ["ok"]}'), ""), (malformed.Said(2, "", "error: x\n"), ""),
-        (malformed.Said(4, '{"flags": ["above tolerance"]}'), ""), (malformed.Said(130), "exit code 130"),
-        (malformed.Said(2), "0 lines of error with exit code 2"), (malformed.Said(0, "x"), "no JSON"),
-        (malformed.Said(0, '{"flags": ["beyond data"]}'), "exit code 0 of ['beyond data']"),
-        (malformed.Said(3, "", "RuntimeWarning: overflow"), "warning"),
+        (malformed.Reply(0, '{"flags": ["ok"]}'), ""), (malformed.Reply(2, "", "error: x\n"), ""),
+        (malformed.Reply(4, '{"flags": ["above tolerance"]}'), ""), (malformed.Reply(130), "exit code 130"),
+        (malformed.Reply(2), "0 lines of error with exit code 2"), (malformed.Reply(0, "x"), "no JSON"),
+        (malformed.Reply(0, '{"flags": ["beyond data"]}'), "exit code 0 of ['beyond data']"),
+        (malformed.Reply(3, "", "RuntimeWarning: overflow"), "warning"),
     ],
 )
-def test_what_is_a_fault(said: malformed.Said, fault: str) -> None:
+def test_what_is_a_fault(said: malformed.Reply, fault: str) -> None:
     """The reader of exit codes and words sees each fault, and none in a good end."""
     found = malformed.answer_faults(["pose", "biorob2018", "--json"], said)
     assert [what for what, is_so in found.items() if is_so] == [fault] * bool(fault)

@@ -9,7 +9,7 @@ from sits_mech.chain.models import MAGNETICS, magnetic_model
 from sits_mech.description import Question
 from sits_mech.magnetics import ends
 from sits_mech.magnetics.bars import planar_bars
-from sits_mech.magnetics.ends import Ends, Whole, _told, _under_coils, ends_of_plates, pitch_of_spirals
+from sits_mech.magnetics.ends import Ends, Whole, _three_digits, _under_coils, ends_of_plates, pitch_of_spirals
 from sits_mech.magnetics.models import PLANAR, SHEETS
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.notes import Omission, OmissionKind
@@ -209,7 +209,7 @@ def test_what_else_a_model_leaves_out_is_of_the_largest_change(
 
 
 def test_estimates_have_three_digits() -> None:
-    told = _told(np.array([0.0, 1.23456e-7, -98765.0, 9.996]))
+    told = _three_digits(np.array([0.0, 1.23456e-7, -98765.0, 9.996]))
     np.testing.assert_allclose(told, [0.0, 1.23e-7, -98800.0, 10.0], rtol=1e-12)
 
 

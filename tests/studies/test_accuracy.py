@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from common.accuracy import Rung, distinct, draw_ladders, machine, rung_rows, said
+from common.accuracy import Rung, distinct, draw_ladders, machine, rung_rows, verdict
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_only_judged_points_are_counted() -> None:
     first = Rung("a", 1e-2, 0.3, 5e-3, 8e-3, 1e-4)
     rungs = [first, replace(first, tolerance=3e-3), Rung("a", 1e-3, 1.1, 1e-4, 9e-4, 1e-4)]
     words = "ask 1e-2: 0.3 s; 1e-3: 1.1 s; errors below 1e-3 were not requested. "
-    assert said(rungs) == words + "Estimates within a factor of 5: 1 of 1 judged points, of 2."
+    assert verdict(rungs) == words + "Estimates within a factor of 5: 1 of 1 judged points, of 2."
 
 
 @pytest.mark.slow
