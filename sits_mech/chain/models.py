@@ -186,9 +186,7 @@ def choose_mechanics(
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
     every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
     able = next((each for each in every if each.model.bends), None)
-    if able is None or _of_a_film(sensor, found):
-        return found
-    if not any(item.size >= HALF * tolerance for item in bending(sensor, loads, able.model.least)):
+    if able is None or _of_a_film(sensor, found) or _bends_by(sensor, loads, able) < HALF * tolerance:
         return found
     return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
 
@@ -197,6 +195,11 @@ def _of_a_film(sensor: Sensor, found: Choice) -> bool:
     """Whether a film is answered by one compliance: meshes that bend would have a thousand cells across."""
     film = sensor.target is not None and sensor.elastomer is not None and is_film(sensor.target, sensor.elastomer)
     return film and not MECHANICS[found.name].bends
+
+
+def _bends_by(sensor: Sensor, loads: Sequence[Wrench], able: Candidate) -> float:
+    """Return what bending changes of how far loads move a target; 0 where no size is known."""
+    return max((item.size for item in bending(sensor, loads, able.model.least) if not item.unbounded), default=0.0)
 
 
 def magnetic_question(
