@@ -9,9 +9,12 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import wraps
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from sits_mech.units import SceneError, shown
+
+if TYPE_CHECKING:
+    from sits_mech.quantities import Array
 
 Idle = str
 _P = ParamSpec("_P")
@@ -91,3 +94,16 @@ def checked_arguments(function: Callable[_P, _R]) -> Callable[_P, _R]:
         return function(*args, **kwargs)
 
     return checked
+
+
+def real_numbers(name: str, value: object) -> Array:
+    """Return an argument as an array of real numbers; SceneError for what holds others."""
+    import numpy as np
+
+    try:
+        found = np.asarray(value)
+        if found.dtype.kind not in "SUc":
+            return np.asarray(found, dtype=float)
+    except (TypeError, ValueError):  # rows of unlike lengths, or what is no number
+        pass
+    raise SceneError(f"{name}: must be real numbers; got {shown(value)}")

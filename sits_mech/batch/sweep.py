@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -50,6 +50,9 @@ def _labels(grid: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
     """Return a grid whose tuples are labels, no second dimension; refuse names of columns that every table has."""
     if own := _OWN & grid.keys():
         raise SceneError(f"grid: must have other names than the table's {', '.join(sorted(_OWN))}; got {own.pop()}")
+    for name, values in grid.items():
+        if isinstance(values, str) or not isinstance(values, Iterable):
+            raise SceneError(f"grid: {name}: must be a list of values; got {shown(values)}")
     tuples = [name for name, values in grid.items() if any(isinstance(each, tuple | list) for each in values)]
     return {**grid, **{name: np.fromiter(grid[name], object) for name in tuples}}
 

@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from sits_mech.arguments import real_numbers
 from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import WRENCH, Array, Wrench, shown_unit, tensor_grid
@@ -166,14 +167,14 @@ class Calibration:
             load = dict(zip(WRENCH, forces.components, strict=True))
             named = {name: value for name, value in load.items() if value != 0.0 or name in self.forces} | dict(named)
         elif forces is not None:
-            points = np.asarray(forces, dtype=float)
+            points = real_numbers("forces", forces)
             if named or points.shape[-1:] != (len(self.forces),):
                 shape = f"a table whose last axis holds {', '.join(self.forces)}, or each by its name"
                 raise ValueError(f"forces: must be {shape}; got shape {points.shape}")
             named = dict(zip(self.forces, np.moveaxis(points, -1, 0), strict=True))
         if set(named) != set(self.forces):
             raise ValueError(f"forces: must be {', '.join(self.forces)}; got {', '.join(named) or 'none'}")
-        points = np.stack(np.broadcast_arrays(*(np.asarray(named[name], float) for name in self.forces)), -1)
+        points = np.stack(np.broadcast_arrays(*(real_numbers(name, named[name]) for name in self.forces)), -1)
         self._check_within(points, np.inf if beyond else 1.0 + MARGIN)
         return points
 
@@ -238,7 +239,7 @@ class Calibration:
         ValueError
             When the number of coils is not the table's, or is less than the number of forces.
         """
-        L, n, d = np.asarray(L, dtype=float), len(self.coils), len(self.forces)
+        L, n, d = real_numbers("L", L), len(self.coils), len(self.forces)
         if L.ndim == 0 or L.shape[-1] != n:
             raise ValueError(f"L: must be of {n} coils ({', '.join(self.coils)}); got shape {L.shape}")
         check_resolved(self)

@@ -73,3 +73,5 @@ def test_a_grid_holds_any_values_under_names_of_its_own(tmp_path: Path) -> None:
     assert np.diff(data["d_v"].values) > 0.0
     with pytest.raises(sm.SceneError, match="grid: must have other names than the table's reason, .*; got status"):
         sm.sweep(loose, {"status": [1.0]})
+    with pytest.raises(sm.SceneError, match="grid: n: must be a list of values; got 3"):
+        sm.sweep(loose, {"n": 3})

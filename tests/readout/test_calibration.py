@@ -9,6 +9,7 @@ import xarray as xr
 
 from sits_mech.quantities import Wrench
 from sits_mech.readout.calibration import Calibration, calibration, calibration_of
+from sits_mech.units import SceneError
 
 F_X, F_Z = np.linspace(-1.0, 1.0, 9), np.linspace(0.0, 4.0, 9)
 
@@ -205,3 +206,13 @@ def test_a_force_without_a_sign_is_named_and_refused() -> None:
     with pytest.raises(ValueError, match="a, b do not resolve F_y of F_x, F_y: condition number"):
         read(-1.0).inverse([1.9e-6, 1.9e-6])
     assert read(0.0).unresolved == () and read(0.0).domain.share > 0.9
+
+
+@pytest.mark.parametrize("given", ["0.1 N", 0.1j, [0.1, "a"], [[0.1], [0.1, 0.2]]])
+def test_what_is_no_real_number_is_named(given: object) -> None:
+    F = np.linspace(0.0, 1.0, 9)[:, None]
+    known = calibration_of(F, 1e-6 + 1e-8 * F, forces=("F_z",), coils=("a",), free=("H", [1e-6]))
+    with pytest.raises(SceneError, match="^F_z: must be real numbers; got "):
+        known.forward(F_z=given)
+    with pytest.raises(SceneError, match="^L: must be real numbers; got "):
+        known.inverse(given)
