@@ -26,7 +26,7 @@ import numpy as np
 
 from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.magnetics.pose_slopes import lift_slopes
-from sits_mech.mechanics.bending import BondedPlate, Seen, bonded_plate
+from sits_mech.mechanics.bending import BondedPlate, CoilView, bonded_plate
 from sits_mech.mechanics.bent import Bending
 from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import Omission, OmissionKind, Relative
@@ -88,7 +88,7 @@ def solved_bending(sensor: Sensor) -> Bending:
     return Bending(plate, stiffness, partial(seen_shapes, sensor, plate))
 
 
-def seen_shapes(sensor: Sensor, plate: BondedPlate, pose: Pose, asked: Mask | None = None) -> Seen:
+def seen_shapes(sensor: Sensor, plate: BondedPlate, pose: Pose, asked: Mask | None = None) -> CoilView:
     """Return how coils see a target's motions and shapes at a pose; zero of those that are not `asked` for."""
     sizes = np.abs(plate.upwards).max(axis=0)
     some = np.flatnonzero((sizes > 0.0) & (True if asked is None else asked | (np.arange(len(sizes)) < len(POSE))))
@@ -101,5 +101,5 @@ def seen_shapes(sensor: Sensor, plate: BondedPlate, pose: Pose, asked: Mask | No
         planes = np.where(some < len(POSE), 0.0, plate.target.neutral_plane)  # poses turn about its lower face
         seen[some] = lift_slopes(flat, pose, lambda places: plate.lifts(places)[..., some], planes, sizes[some])
     except (SolveFailed, ValueError):  # at the coils, or too fine to be divided
-        return Seen(np.tile(plate.areas @ plate.upwards / plate.areas.sum(), (len(sensor.coils), 1)).T, 1.0)
-    return Seen(seen, off)
+        return CoilView(np.tile(plate.areas @ plate.upwards / plate.areas.sum(), (len(sensor.coils), 1)).T, 1.0)
+    return CoilView(seen, off)

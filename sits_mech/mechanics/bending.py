@@ -69,7 +69,7 @@ class Derivatives(NamedTuple):
     xy: Array
 
 
-class Seen(NamedTuple):
+class CoilView(NamedTuple):
     """How n coils see q and a as they see the target move upwards: (6 + m, n), and what is missed of the mean |w|."""
 
     parts: Array
@@ -142,7 +142,7 @@ class BondedPlate:
         free[rows] = np.linalg.solve(whole[np.ix_(rows, rows)], f[rows])
         return rigid, free - rigid
 
-    def as_motion(self, moved: Array, seen: Seen, free: Sequence[int] = (1, 2, 4)) -> tuple[Array, Array]:
+    def as_motion(self, moved: Array, seen: CoilView, free: Sequence[int] = (1, 2, 4)) -> tuple[Array, Array]:
         """Return motions (l, 6) of a rigid target that coils see as q and a, (l, 6 + m), and what they are off by (l,).
 
         Of those of the components that are `free`; of motions that coils do not tell apart the least.

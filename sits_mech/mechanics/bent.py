@@ -4,10 +4,10 @@ With q that rest, whose pad presses on the shapes by r,
 
     (K(q) + P) (dq, a) = (0, f_a - r),
 
-of which a second step changes 0.2 % of stiff foils. What coils see of w, b_c, linear in q and a (`Seen`), is that of a
-rigid target moved by the (d_z, alpha, alpha_x) of least squares over the coils, which the pose takes, extrapolated from
-the first two meshes. Error: what that adds (a third and a fourth show -0.9 to 0.9 of it, of nine pads); what shapes of
-two degrees less change; what a plate of thickness h resists besides as it must stretch to bend, less than
+of which a second step changes 0.2 % of stiff foils. What coils see of w, b_c, linear in q and a (`CoilView`), is that
+of a rigid target moved by the (d_z, alpha, alpha_x) of least squares over the coils, which the pose takes, extrapolated
+from the first two meshes. Error: what that adds (a third and a fourth show -0.9 to 0.9 of it, of nine pads); what
+shapes of two degrees less change; what a plate of thickness h resists besides as it must stretch to bend, less than
 
     1/2 (range of w / h)^2,
 
@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.mechanics.bending import BondedPlate, Seen
+from sits_mech.mechanics.bending import BondedPlate, CoilView
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import bending_equations
@@ -41,7 +41,7 @@ class Bending:
 
     plate: BondedPlate
     stiffness: float  # of the target [N m]
-    seen: Callable[[Pose, Mask], Seen]  # how coils see it at a pose, of some of q and a
+    seen: Callable[[Pose, Mask], CoilView]  # how coils see it at a pose, of some of q and a
 
     @one_thread
     def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:

@@ -15,6 +15,8 @@ Run ``python studies/common/ngsolve_cells.py`` (some minutes).
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +24,8 @@ WIDE, DEEP, T, SIDE, PITCH, BULK = 30.0, 20.0, 2.0, 8.0, 9.6, 1000.0  # mm; bulk
 EDGES = (0.5, 0.25, 0.125)  # mm
 
 
-def compliance(edge: float) -> np.ndarray:
-    """Return mu C, (6, 6), by cells of a size at the targets' edges [mm]."""
-    from netgen.occ import Axes, Box, Glue, OCCGeometry, WorkPlane
+def motions(mesh: Any, centres: Sequence[float]) -> tuple[Any, list[Any], list[Any]]:
+    """Return the space of half a pad, w_m of both targets, the faces A and B about centres [mm], and a(., w_m)."""
     from ngsolve import (
         H1,
         BilinearForm,
@@ -32,7 +33,6 @@ def compliance(edge: float) -> np.ndarray:
         Grad,
         GridFunction,
         InnerProduct,
-        Mesh,
         Sym,
         VectorH1,
         div,
@@ -40,6 +40,31 @@ def compliance(edge: float) -> np.ndarray:
         x,
         z,
     )
+
+    V = VectorH1(mesh, order=3, dirichletx="ground|A|B", dirichlety="ground|middle|A|B", dirichletz="ground|A|B")
+    X = V * H1(mesh, order=2)
+    (u, p), (v, q) = X.TnT()
+    deviator = 2 * InnerProduct(Sym(Grad(u)), Sym(Grad(v))) - 2 / 3 * div(u) * div(v)
+    form = BilinearForm(X, symmetric=True)
+    form += (deviator + p * div(v) + q * div(u) - p * q / BULK) * dx
+    form.Assemble()
+    inverse, ways = form.mat.Inverse(X.FreeDofs(), inverse="umfpack"), []
+    for name, centre in zip("AB", centres, strict=True):
+        for motion in ((1, 0, 0), (0, 0, 1), (z - T, 0, centre - x)):
+            w = GridFunction(X)
+            w.components[0].Set(CoefficientFunction(motion), definedon=mesh.Boundaries(name))
+            w.vec.data -= inverse @ form.mat * w.vec
+            ways.append(w)
+    pushed = [w.vec.CreateVector() for w in ways]
+    for product, w in zip(pushed, ways, strict=True):
+        product.data = form.mat * w.vec
+    return X, ways, pushed
+
+
+def compliance(edge: float) -> np.ndarray:
+    """Return mu C, (6, 6), by cells of a size at the targets' edges [mm]."""
+    from netgen.occ import Axes, Box, Glue, OCCGeometry, WorkPlane
+    from ngsolve import InnerProduct, Mesh
 
     pad = Box((-WIDE / 2, 0, 0), (WIDE / 2, DEEP / 2, T))
     pad.faces.Min((0, 0, 1)).name, pad.faces.Min((0, 1, 0)).name = "ground", "middle"
@@ -50,23 +75,7 @@ def compliance(edge: float) -> np.ndarray:
         plate.name, plate.edges.maxh = name, edge
         plates.append(plate)
     mesh = Mesh(OCCGeometry(Glue([pad, *plates])).GenerateMesh(maxh=1.0, grading=0.5))
-    V = VectorH1(mesh, order=3, dirichletx="ground|A|B", dirichlety="ground|middle|A|B", dirichletz="ground|A|B")
-    X = V * H1(mesh, order=2)
-    (u, p), (v, q) = X.TnT()
-    deviator = 2 * InnerProduct(Sym(Grad(u)), Sym(Grad(v))) - 2 / 3 * div(u) * div(v)
-    form = BilinearForm(X, symmetric=True)
-    form += (deviator + p * div(v) + q * div(u) - p * q / BULK) * dx
-    form.Assemble()
-    inverse, ways = form.mat.Inverse(X.FreeDofs(), inverse="umfpack"), []
-    for name, centre in (("A", -PITCH / 2), ("B", PITCH / 2)):
-        for motion in ((1, 0, 0), (0, 0, 1), (z - T, 0, centre - x)):
-            w = GridFunction(X)
-            w.components[0].Set(CoefficientFunction(motion), definedon=mesh.Boundaries(name))
-            w.vec.data -= inverse @ form.mat * w.vec
-            ways.append(w)
-    pushed = [w.vec.CreateVector() for w in ways]
-    for product, w in zip(pushed, ways, strict=True):
-        product.data = form.mat * w.vec
+    X, ways, pushed = motions(mesh, (-PITCH / 2, PITCH / 2))
     sys.stdout.write(f"{edge} mm, {X.ndof} unknowns\n")
     return np.linalg.inv([[2 * InnerProduct(w.vec, each) for each in pushed] for w in ways])
 

@@ -9,7 +9,7 @@ motion m of (d_h, d_z, alpha) of both is one and the others zero, a the elastic 
 Prints mu q of target A and B [mm, rad], by meshes with smaller cells at the targets' edges. NGSolve is no dependency
 of the package; the numbers stand in tests/mechanics/test_cells.py.
 
-Run ``python studies/common/ngsolve_cells_touch.py`` (some minutes).
+Run ``python -m common.ngsolve_cells_touch`` in studies (some minutes).
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import sys
 from typing import NamedTuple
 
 import numpy as np
+from common.ngsolve_cells import DEEP, SIDE, WIDE, T, motions
 
-WIDE, DEEP, T, SIDE, BULK = 30.0, 20.0, 2.0, 8.0, 1000.0  # mm; bulk modulus over shear modulus
 EDGES = (0.5, 0.25, 0.15)  # mm
 
 
@@ -39,22 +39,7 @@ CASES = {"bare": Case(12.0, (0.6, 1.6, 4.0)), "covered": Case(9.6, (2.0, 4.0, 4.
 def moved(case: Case, edge: float) -> np.ndarray:
     """Return mu q, (6,), by cells of a size at the targets' edges [mm]."""
     from netgen.occ import Axes, Box, Glue, OCCGeometry, WorkPlane
-    from ngsolve import (
-        H1,
-        BilinearForm,
-        CoefficientFunction,
-        Grad,
-        GridFunction,
-        InnerProduct,
-        Integrate,
-        Mesh,
-        Sym,
-        VectorH1,
-        div,
-        dx,
-        x,
-        z,
-    )
+    from ngsolve import CoefficientFunction, InnerProduct, Integrate, Mesh
 
     centres, half = (-case.pitch / 2, case.pitch / 2), SIDE / 2
     pad = Box((-WIDE / 2, 0, 0), (WIDE / 2, DEEP / 2, T))
@@ -84,23 +69,7 @@ def moved(case: Case, edge: float) -> np.ndarray:
             if abs(face.center.y) < 1e-6:
                 face.name = "middle"
     mesh = Mesh(OCCGeometry(Glue([pad, *plates])).GenerateMesh(maxh=1.0, grading=0.5))
-    V = VectorH1(mesh, order=3, dirichletx="ground|A|B", dirichlety="ground|middle|A|B", dirichletz="ground|A|B")
-    X = V * H1(mesh, order=2)
-    (u, p), (v, q) = X.TnT()
-    deviator = 2 * InnerProduct(Sym(Grad(u)), Sym(Grad(v))) - 2 / 3 * div(u) * div(v)
-    form = BilinearForm(X, symmetric=True)
-    form += (deviator + p * div(v) + q * div(u) - p * q / BULK) * dx
-    form.Assemble()
-    inverse, ways = form.mat.Inverse(X.FreeDofs(), inverse="umfpack"), []
-    for name, centre in zip("AB", centres, strict=True):
-        for motion in ((1, 0, 0), (0, 0, 1), (z - T, 0, centre - x)):
-            w = GridFunction(X)
-            w.components[0].Set(CoefficientFunction(motion), definedon=mesh.Boundaries(name))
-            w.vec.data -= inverse @ form.mat * w.vec
-            ways.append(w)
-    pushed = [w.vec.CreateVector() for w in ways]
-    for product, w in zip(pushed, ways, strict=True):
-        product.data = form.mat * w.vec
+    X, ways, pushed = motions(mesh, centres)
     area = mesh.Boundaries("pressed")
     size = 2 * Integrate(CoefficientFunction(1), mesh, definedon=area)
     load = [-2 / size * Integrate(w.components[0][2], mesh, definedon=area) for w in ways]

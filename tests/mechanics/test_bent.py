@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.bending import Seen, bonded_plate
+from sits_mech.mechanics.bending import CoilView, bonded_plate
 from sits_mech.mechanics.bent import Bending
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.layer import axisymmetric_pad
@@ -22,7 +22,7 @@ def test_a_target_bends_at_its_load(thickness: str, force: float, middle: float,
     sensor, load = load_sensor("triaxial-3", [f'target.thickness="{thickness}"', own, SPOT]), Wrench(F_z=force)
     plate, model = bonded_plate(sensor), axisymmetric_pad(sensor)
     found, line = model.equilibrium(load), model.line
-    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose, some: Seen(np.ones((28, 1)), 0.0))
+    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose, some: CoilView(np.ones((28, 1)), 0.0))
     step = bending.steps(line[int(found.state[0])], line.scales, found)[0]
     w = plate.heights(np.array([(0.0, 0.0), (6e-3, 0.0)])) @ step
     stretched = 0.5 * (np.ptp(w) / sensor.target.thickness) ** 2
@@ -39,7 +39,7 @@ def test_what_is_seen_of_a_foil_is_within_its_error() -> None:
     plate, model = bonded_plate(sensor), block_pad(sensor, 1e-2).rough
     mean = np.zeros((6 + len(plate.even), 1))
     mean[1] = 1.0
-    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose, some: Seen(mean, 0.0))
+    bending = Bending(plate, sensor.target.bending_stiffness, lambda pose, some: CoilView(mean, 0.0))
     rigid, bent = model.equilibrium(load), model.bending(bending).equilibrium(load)
     off, rise = bent.error.d_v - rigid.error.d_v, bent.pose.d_v - rigid.pose.d_v
     assert rise == pytest.approx(0.2241 / 49.65 * (rigid.pose.d_v - 2e-3), abs=off) and off < 0.15 * abs(rise)
