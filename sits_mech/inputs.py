@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, ErrorDetails, core_schema
@@ -170,7 +170,8 @@ def _must(one: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "extra_forbidden" and steps[-1] in (elsewhere := getattr(table, "elsewhere", {})):
         return f"must be left out: {elsewhere[steps[-1]]}; got {shown(one['input'])}"
     if kind == "extra_forbidden":
-        return f"the key {unknown(steps[-1], [field.alias or name for name, field in table.model_fields.items()])}"
+        homes = " or ".join(home for home, keys in _keys(model) if steps[-1] in keys)
+        return f"the key {unknown(steps[-1], _names(table))}" + (f", which stands {homes}" if homes else "")
     if kind == "missing":
         return "must be given; it is missing"
     must = _KINDS.get(kind, one["msg"].replace("Input should be", "must be", 1))
@@ -195,6 +196,20 @@ def _table(model: type[BaseModel], steps: tuple[int | str, ...]) -> type[BaseMod
         field = model.model_fields.get(str(step))
         model = model if field is None else next(_models(field.annotation), model)
     return model
+
+
+def _names(table: type[BaseModel]) -> list[str]:
+    """Return the keys of a table."""
+    return [field.alias or name for name, field in table.model_fields.items()]
+
+
+def _keys(model: type[BaseModel], way: str = "") -> Iterator[tuple[str, list[str]]]:
+    """Yield the tables of a file in words, with the keys of each."""
+    yield (f"in {way}" if way else "above the first table"), _names(model)
+    for name, field in model.model_fields.items():
+        for part in _models(field.annotation):
+            step = f"{way.strip('[]')}.{name}".lstrip(".")
+            yield from _keys(part, f"[[{step}]]" if get_origin(field.annotation) is tuple else f"[{step}]")
 
 
 def _models(annotation: Any) -> Any:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, InstanceOf, PlainSerializer
 from sits_mech.inputs import Reads, unknown, whole, within
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.plausible import FREQUENCY, LENGTH, PLACE
-from sits_mech.silicone.material import Silicone, silicone_from, table_of
+from sits_mech.silicone.material import Silicone, constants_elsewhere, silicone_from, table_of
 from sits_mech.units import SceneError, shown
 
 
@@ -80,6 +80,8 @@ SiliconeOrName = Annotated[
     InstanceOf[str] | InstanceOf[Silicone], Reads(_silicone, {"type": ["string", "object"]}),
     PlainSerializer(lambda made: table_of(made) if isinstance(made, Silicone) else made),
 ]
+BESIDE_SILICONE = constants_elsewhere()
+"""Keys that a table with a silicone has not, and where they stand."""
 _SIZES = ("width", "length", "diameter", "inner_diameter", "pitch", "points")
 
 

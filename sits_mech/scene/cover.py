@@ -9,45 +9,27 @@ from __future__ import annotations
 
 import math
 
-from pydantic import BaseModel
-
-from sits_mech.inputs import FORM
-from sits_mech.scene.bounds import Length, SiliconeOrName, Stretch
-from sits_mech.scene.elastomer import THINNEST, Elastomer
-from sits_mech.scene.materials import silicones
+from sits_mech.scene.bounds import Length
+from sits_mech.scene.elastomer import THINNEST, Elastomer, Layer
 from sits_mech.scene.outlines import Loop, circle
 from sits_mech.scene.parts import Target
-from sits_mech.silicone.material import Silicone
 from sits_mech.units import SLACK, SceneError, shown
 
 _CLEAR = 0.95  # of the room on a pad of another outline, where cells beside the cover would have no width
 
 
-class Cover(BaseModel):
+class Cover(Layer):
     """A silicone bonded on the target's top and rim, and on the pad around it.
 
     Attributes
     ----------
-    material : str or Silicone
-        A silicone of the catalogue, or one of the scene's own.
     thickness : float
         Above the target's top face; beside the target it is that much and the target's thickness high [m].
     overhang : float
         How far it reaches beyond the target's rim, at most to the pad's sides; not at all where these end with it [m].
-    free_stretch : float
-        As of the pad, of this silicone.
     """
 
-    model_config = FORM
-    material: SiliconeOrName
-    thickness: Length
     overhang: Length
-    free_stretch: Stretch = 1.0
-
-    @property
-    def silicone(self) -> Silicone:
-        """What it is made of."""
-        return self.material if isinstance(self.material, Silicone) else silicones()[self.material]
 
     def extent(self, target: Target, elastomer: Elastomer) -> tuple[float, float]:
         """Return its size along x and y [m]: of the pad where that ends with the target."""

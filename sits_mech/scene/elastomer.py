@@ -16,12 +16,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from sits_mech.inputs import FORM
-from sits_mech.scene.bounds import Friction, Length, Offset, SiliconeOrName, Stretch, check_sizes, extent_of
+from sits_mech.scene.bounds import (
+    BESIDE_SILICONE,
+    Friction,
+    Length,
+    Offset,
+    SiliconeOrName,
+    Stretch,
+    check_sizes,
+    extent_of,
+)
 from sits_mech.scene.materials import silicones
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SLACK, SceneError, shown, si_value
@@ -57,6 +66,7 @@ class Layer(BaseModel):
     """
 
     model_config = FORM
+    elsewhere: ClassVar[dict[str, str]] = BESIDE_SILICONE
     material: SiliconeOrName
     thickness: Length
     free_stretch: Stretch = 1.0
@@ -106,6 +116,7 @@ class Elastomer(BaseModel):
     """
 
     model_config = FORM
+    elsewhere: ClassVar[dict[str, str]] = BESIDE_SILICONE
     material: SiliconeOrName | None
     layers: tuple[Layer, ...] = ()
     shape: Shape | None = None

@@ -25,7 +25,7 @@ from pydantic import AfterValidator, BaseModel, Field, create_model, model_valid
 from sits_mech.inputs import FORM, Reads, checked, choice, positive, quantity_of, quantity_schema, unknown, within
 from sits_mech.quantities import SURE, Array
 from sits_mech.silicone.laws import LAWS, Constants
-from sits_mech.silicone.words import in_constants
+from sits_mech.silicone.words import WORDS, in_constants
 from sits_mech.units import SceneError, shown, si_value
 
 _SOFTEST, _STIFFEST = 1e2, 1e8  # plausible shear moduli [Pa]
@@ -229,6 +229,12 @@ def _terms(unit: str) -> Reads:
         return tuple(map(one.check, value if isinstance(value, list | tuple) else [value]))
 
     return Reads(check, {"anyOf": [one.schema, {"type": "array", "items": one.schema}]})
+
+
+def constants_elsewhere() -> dict[str, str]:
+    """Return what one who gives a constant of a silicone beside its table is answered, by key."""
+    keys = {key for law in LAWS.values() for key in law.units} | {"law", "youngs_modulus", *WORDS, *_Known.model_fields}
+    return dict.fromkeys(keys, 'constants of a silicone stand in a table, material = {E = "60 kPa", nu = 0.499}')
 
 
 @cache

@@ -250,6 +250,9 @@ REFUSED = {
     "substrate_radius=1 mm": r"substrate_radius must be at least",
     'target.centre=["1 mm", "0 mm"]': "target.centre: must be left out: .*coils.NAME.centre; got .'1 mm', '0 mm'.",
     "colour=red": r"colour: the key must be one of",
+    "elastomer.idle_coil=open": r'the key must be one of .*; got "idle_coil", which stands in \[readout\]$',
+    "target.frequency=3": r'got "frequency", which stands above the first table$',
+    "elastomer.law=ogden": r'elastomer.law: must be left out: constants of a silicone stand in a table, .*got "ogden"$',
 }
 
 
