@@ -135,14 +135,25 @@ def print_written(paths: Sequence[Path], as_json: bool, notes: Sequence[str] = (
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Progress]:
-    """Yield a callable that moves a bar on stderr."""
+    """Yield a callable that moves a bar on stderr; where that is no terminal it writes a line now and again."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True, quiet=QUIET.get())) as bar:
+    console, begun = Console(stderr=True, quiet=QUIET.get()), time.monotonic()
+    last = begun
+    with Progress(*columns, console=console) as bar:
         task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def moved(done: int, total: int) -> None:
+            nonlocal last
+            bar.update(task, completed=done, total=total)
+            now = time.monotonic()
+            if not console.is_terminal and now - last > max(_EVERY, 0.1 * (now - begun)):
+                last = now
+                warn(f"  {what}: {done} of {total}")
+
+        yield moved
 
 
 @contextmanager

@@ -152,7 +152,7 @@ def explain(
         found = plan(sensor, loads, **asdict(models))
     record, tables = plan_record(sensor, found), plan_tables(sensor, found)
     if history is not None:
-        price = history_price(sensor, course, found, models.tolerance)
+        price = history_price(sensor, course, **asdict(models))
         record |= {"history": price._asdict()}
         tables.append(price_table(price, str(history)))
     rungs = []

@@ -32,6 +32,7 @@ def through_history(
     sensor: Sensor, path: Path, models: Models, rcount: int | None, output: Path | None, as_json: bool, accept: bool
 ) -> int:
     """Follow a history of loads, and the converter through it."""
+    from sits_mech.analysis.histories.price import history_price
     from sits_mech.analysis.histories.read import read_history
     from sits_mech.analysis.histories.response import in_time
     from sits_mech.analysis.histories.scan import checked_count, with_codes
@@ -42,6 +43,8 @@ def through_history(
 
     loads, count = read_history(path, sensor), checked_count(sensor, rcount)
     folder = None if output is None else prepare_folder(output, cases=False)
+    price = history_price(sensor, loads, **asdict(models))
+    warn(f"to solve: {price.solved} times of {price.rows} rows or more, about {price.seconds:.2g} s")
     with progress_bar("history [%]") as progress:
         data = with_codes(sensor, in_time(sensor, loads, **asdict(models), progress=progress), rcount=count)
     unsolved = unpacked_omissions(data.attrs["left_out"])

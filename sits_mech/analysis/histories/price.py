@@ -14,7 +14,7 @@ import numpy as np
 
 from sits_mech.analysis.histories.response import foreseen
 from sits_mech.chain.interpolate import BETWEEN
-from sits_mech.chain.plan import Plan
+from sits_mech.chain.plan import planned_seconds
 from sits_mech.chain.prices import forecast_load
 from sits_mech.mechanics.histories import LoadHistory, expected_loads
 from sits_mech.quantities import Wrench
@@ -34,11 +34,14 @@ def largest_load(sensor: Sensor, history: LoadHistory) -> Wrench:
     return expected_loads(sensor, history)[int(np.argmax(np.linalg.norm(history.shares, axis=1)))]
 
 
-def history_price(sensor: Sensor, history: LoadHistory, found: Plan, tolerance: float) -> HistoryPrice:
-    """Return what a history takes, by the plan of its largest load."""
-    solved = int(foreseen(history, BETWEEN * tolerance)[0].solved.sum())
-    seconds = {step.half: step.seconds for step in found.steps}
-    each = seconds.get("mechanics", 0.0)
-    if history.held.any() or (found.mechanics is not None and found.mechanics.name == "block"):
+def history_price(
+    sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
+) -> HistoryPrice:
+    """Return what a history takes, by counts of its largest load; arguments as of `in_time`, none is solved."""
+    models = {"tolerance": tolerance, "mechanics": mechanics, "magnetics": magnetics}
+    seconds, counts = planned_seconds(sensor, [largest_load(sensor, history)], **models)
+    each, coils = seconds.values()
+    if history.held.any() or counts is not None:
         each = forecast_load(sensor, [Wrench()]).seconds
-    return HistoryPrice(len(history.time), solved, solved * each + seconds.get("magnetics", 0.0))
+    solved = int(foreseen(history, BETWEEN * tolerance)[0].solved.sum())
+    return HistoryPrice(len(history.time), solved, solved * each + coils)

@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.analysis.histories.price import history_price, largest_load
 from sits_mech.analysis.histories.response import in_time
-from sits_mech.chain.plan import plan
+from sits_mech.chain.plan import planned_seconds
 from sits_mech.cli.main import run
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.scene.sensor import load_sensor
@@ -19,15 +19,15 @@ def test_a_history_is_priced_by_the_times_that_are_solved() -> None:
     """Of a smooth pulse of 201 rows far fewer, no more than the history then takes, and more for a finer tolerance."""
     sensor, models = load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar"}
     assert np.isclose(largest_load(sensor, PULSE).F_z, 1.0)
-    found = plan(sensor, [largest_load(sensor, PULSE)], tolerance=0.1, **models)
-    price = history_price(sensor, PULSE, found, 0.1)
+    seconds, _ = planned_seconds(sensor, [largest_load(sensor, PULSE)], tolerance=0.1, **models)
+    price = history_price(sensor, PULSE, tolerance=0.1, **models)
     data = in_time(sensor, PULSE, tolerance=0.1, **models)
     solved = data.sizes["time"] - int(np.sum(data["flags"].str.contains("interpolated")))
     assert price.rows == 201
     assert price.solved < 100
     assert price.solved <= solved
-    assert price.seconds >= price.solved * found.steps[0].seconds
-    assert history_price(sensor, PULSE, found, 1e-3).solved > price.solved
+    assert price.seconds >= price.solved * seconds["linear"]
+    assert history_price(sensor, PULSE, tolerance=1e-3, **models).solved > price.solved
 
 
 @pytest.mark.slow
