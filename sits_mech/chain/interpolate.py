@@ -62,11 +62,12 @@ class LayerGrid:
     tolerance: float
     keep: tuple[Path | None, str] = (None, "")  # as of `settle`
     progress: Progress = untold
+    listed: tuple[Wrench, ...] = ()  # loads in place of a grid's, each of which is solved
 
     @cached_property
     def loads(self) -> list[Wrench]:
-        """The loads, the last component running fastest."""
-        return loads_of(self.axes, self.place)
+        """The loads, of a grid the last component running fastest."""
+        return list(self.listed) or loads_of(self.axes, self.place)
 
     @property
     def place(self) -> tuple[float, float]:
@@ -109,7 +110,9 @@ def poses_on_grid(
 
     sizes, aim = levers(grid.sensor), goal_of(begun.values()) if begun else None
     weighed = None if aim is None else aim.weights / _SIGNALS
-    part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
+    part = None
+    if not grid.listed:
+        part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
     drawn = whole if part is None else _between(part, whole, grid, sizes)
     if refined is not None:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol, runtime_checkable
@@ -26,7 +27,7 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import WRENCH, Array, Mask, MechanicalModel, Pose, SolveReport, Wrench
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Mask, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, silicone_of
 from sits_mech.silicone.history import relaxed_share, retardation
 
@@ -164,16 +165,21 @@ def _as_a_whole(sensor: Sensor, layer: MechanicalModel, history: LoadHistory) ->
     solved = history.solved
     history, given, crept = LoadHistory(history.time[solved], history.course[solved]), given[solved], crept[solved]
     found = [layer.equilibrium(Wrench(*row)) for row in crept.tolist()]
-    pose, error = (Pose.of(np.array([getattr(each, name).components for each in found])) for name in ("pose", "error"))
-    figures = ((each.report.iterations, each.report.estimated_error, each.report.stretch) for each in found)
-    iterations, errors, stretch = zip(*figures, strict=True)
-    last = found[-1].report
+    return through_rests(history, given, found, clock.process_time() - began, (Note(NoteKind.AS_A_WHOLE),))
+
+
+def through_rests(
+    history: LoadHistory, given: Mask, rests: Sequence[Equilibrium], seconds: float, notes: tuple[Note, ...] = ()
+) -> Motion:
+    """Return the motion of a target that rests at each time of a history; `given` as of `Motion`."""
+    pose, error = (Pose.of(np.array([getattr(each, name).components for each in rests])) for name in ("pose", "error"))
+    reports = [each.report for each in rests]
+    last, stretch = reports[-1], np.array([each.stretch for each in reports], dtype=float)
     report = SolveReport(
-        last.model, last.unknowns, sum(iterations), last.residual, max(errors), clock.process_time() - began,
-        notes=(*last.notes, Note(NoteKind.AS_A_WHOLE)),
+        last.model, max(each.unknowns for each in reports), sum(each.iterations for each in reports), last.residual,
+        max(each.estimated_error for each in reports), seconds, notes=tuple(dict.fromkeys((*last.notes, *notes))),
     )
-    load, stretches = history.course, np.array(stretch, dtype=float)
-    return Motion(history.time, given, load, 0.0 * load, pose, error, stretches, report)
+    return Motion(history.time, given, history.course, 0.0 * history.course, pose, error, stretch, report)
 
 
 def _as_it_creeps(history: LoadHistory, times: Array) -> tuple[LoadHistory, Mask]:

@@ -5,6 +5,9 @@
 Where places are given in place of loads, models are chosen by the loads of closed forms, and what the mechanics leave
 out of a displacement is left out of the force.
 
+Where nothing remembers, neither a silicone nor friction, loads are solved as those of a table are, from the rests of
+their neighbours, with what finer meshes change from a few (chain/interpolate.py).
+
 Few rows of a history are solved: corners of the load, and between them as many as it moves by parts of its range.
 Cubics carry each quantity to the others, from corner to corner (`interpolant`). Where their error is above what solved
 times leave of the tolerance more rows are solved, by its second order.
@@ -13,6 +16,7 @@ times leave of the tolerance more rows are solved, by its second order.
 from __future__ import annotations
 
 import json
+import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -23,16 +27,25 @@ from numpy.typing import NDArray
 
 from sits_mech.analysis.histories.interpolant import Interpolant
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.aimed import aim_at
+from sits_mech.chain.aimed import aim_at, aimed_loads
 from sits_mech.chain.goal import Goal, farthest
-from sits_mech.chain.interpolate import BETWEEN
+from sits_mech.chain.interpolate import BETWEEN, LayerGrid
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
 from sits_mech.chain.simulate import flags_over, mechanical_omissions, omitted_parts
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
-from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, expected_loads, motion_of
+from sits_mech.mechanics.histories import (
+    LoadHistory,
+    Motion,
+    TimedModel,
+    expected_loads,
+    motion_of,
+    through_rests,
+)
+from sits_mech.mechanics.levels.load_path import depends_on_path
+from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.notes import Note, NoteKind, Omission, packed, packed_omissions
@@ -129,7 +142,8 @@ class _Asked:
     def solved(self, divided: LoadHistory, own: Mask, progress: Progress) -> _Answer:
         """Return the answer by the times of a history that are to be solved; `own` are those that are its rows."""
         sensor, tolerance, (layer, field) = self.sensor, self.tolerance, self.models
-        motion = _with_symmetry(sensor, divided, motion_of(sensor, layer, divided, progress))
+        resting = None if divided.held.any() or _remembers(sensor) else self._resting(divided, progress)
+        motion = resting or _with_symmetry(sensor, divided, motion_of(sensor, layer, divided, progress))
         check_clearance(sensor, motion.pose)
         aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
         pose, error = motion.pose.components, motion.error.components
@@ -147,6 +161,29 @@ class _Asked:
         most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
         more = _more(divided, own, motion.time, _share(sensor, goal, values, off) / most)
         return _Answer(motion, found, goal, every, more)
+
+    def _resting(self, divided: LoadHistory, progress: Progress) -> Motion | None:
+        """Return a target's motion from rest to rest; None where a load has none, or the model has one mesh."""
+        sensor, layer, mirrors = self.sensor, self.models[0], symmetry_of(self.sensor)
+        began, time, course = clock.process_time(), divided.time[divided.solved], divided.course[divided.solved]
+        loads = tuple(Wrench(*row) for row in course.tolist())
+        if not isinstance(layer, RefinedModel):
+            return None
+        last = loads[int(np.argmax(np.linalg.norm(divided.shares[divided.solved], axis=1)))]
+        if any(one.rest is None for one in settle(layer.rough, [last], symmetry=mirrors).values()):
+            return None
+        grid = LayerGrid(sensor, layer, {}, mirrors, self.tolerance, progress=progress, listed=loads)
+        found = aimed_loads(grid, self.magnetics).settled
+        rests = [rest for load in loads if (rest := found[load].rest) is not None]
+        if len(rests) < len(loads):
+            return None
+        given = np.ones(time.size, dtype=bool)
+        return through_rests(LoadHistory(time, course), given, rests, clock.process_time() - began)
+
+
+def _remembers(sensor: Sensor) -> bool:
+    """Whether where the target rests depends on more than the load: on a silicone's history, or on friction."""
+    return depends_on_path(sensor) or any(each.has_history for each in silicones_of(sensor))
 
 
 def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array, held: Mask) -> Bounded:

@@ -6,9 +6,9 @@ import pytest
 from sits_mech.analysis.histories.interpolant import Interpolant
 from sits_mech.analysis.histories.response import in_time, taken_layer
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.histories import LoadHistory
+from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.notes import OmissionKind, unpacked_omissions
-from sits_mech.quantities import Wrench
+from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from sits_mech.silicone.material import silicone_from
 
@@ -63,6 +63,22 @@ def test_a_held_press_relaxes():
 def test_places_take_a_model_with_memory_at_every_point():
     with pytest.raises(SceneError, match="to follow every point; got linear"):
         in_time(soft(), LoadHistory([0.0], np.zeros((1, 6)), held=PRESSED), **MODELS | {"mechanics": "linear"})
+
+
+def test_what_remembers_nothing_rests_where_a_walk_in_time_ends():
+    """Within the errors of both, at each row, and a load that is not carried ends both at the same time."""
+    own, press = soft(), loads(np.linspace(0.0, 1.0, 5), *((0.1 * k * (k - 2), 0.3 * k) for k in range(5)))
+    data = in_time(own, press, **MODELS)
+    layer = taken_layer(own, "planar", 3e-2, [Wrench(F_z=1.2)])[0]
+    walked = motion_of(own, layer, press)
+    rows = np.searchsorted(walked.time, press.time)
+    for name in ("d_h", "d_v", "alpha"):
+        value, error = (getattr(part, name)[rows] for part in (walked.pose, walked.error))
+        given = data["given"].to_numpy()
+        assert np.all(np.abs(data[name].to_numpy()[given] - value) <= data[f"error_{name}"].to_numpy()[given] + error)
+    assert data["d_h"].to_numpy()[-1] > 0.0 > data["d_h"].to_numpy()[1]
+    with pytest.raises(SolveFailed, match=r"at \S+ s of 1 s"):
+        in_time(own, loads([0.0, 1.0], (0.0, 0.0), (0.0, 500.0)), **MODELS)
 
 
 @pytest.mark.slow
