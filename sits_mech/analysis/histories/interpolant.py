@@ -1,4 +1,4 @@
-"""Carry what is known at solved times of a history to times between them, with the error of it.
+"""Choose times of a history to solve, and carry what is known there to times between them, with the error of it.
 
 Monotone cubics carry each quantity y to the others, from corner to corner. The chord between two solved times a, b is
 off by y[a, b, t] (t - a)(t - b); the cubic is taken to be no worse, with the divided differences about both ends, of
@@ -12,13 +12,19 @@ be off).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import Array, Mask
+
+PARTS = 8
+"""Steps over the range of a load that lie between two solved times, at most."""
+_BEND = 0.5  # over the square of a range's parts: error of interpolation where y goes with the square of the load
 
 
 class Interpolant(NamedTuple):
@@ -59,3 +65,30 @@ def _on_leg(time: Array, values: Array, times: Array) -> tuple[Array, Array]:
     left = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(h) - 1)
     apart = ((times - time[left]) * (time[left + 1] - times)).reshape(shape)
     return PchipInterpolator(time, values, axis=0)(times), (second[left] + second[left + 1]) * apart
+
+
+def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
+    """Divide a history for errors of interpolation; return also which times are its own.
+
+    Half is for the load's own course in time, which is interpolated first, the other for what a response adds to it.
+    """
+    divided, own = history.divided(PARTS, max(PARTS, int(np.ceil(np.sqrt(_BEND / most)))))
+    load, corners = divided.shares, divided.corners
+    while True:
+        known, left = divided.solved, own & ~divided.solved
+        _, off = Interpolant(divided.time[known], corners[known], load[known]).at(divided.time[left])
+        more = further(divided, own, divided.time[known], np.max(off, axis=1) / (0.5 * most))
+        if not more.any():
+            return divided, own
+        divided = replace(divided, solved=known | more)
+
+
+def further(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
+    """Return which times to solve besides, from solved ones and errors of interpolation over their limit, by row."""
+    left, found = np.flatnonzero(own & ~history.solved), np.zeros(own.size, dtype=bool)
+    inside = np.searchsorted(solved, history.time[left], side="right")
+    for number in np.unique(inside[share > 1.0]):
+        rows = left[inside == number]
+        pieces = int(np.ceil(np.sqrt(share[inside == number].max())))
+        found[rows[np.arange(1, pieces) * len(rows) // pieces]] = True
+    return found

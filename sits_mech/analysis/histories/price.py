@@ -1,6 +1,6 @@
 """Price a history before it is solved: its rows, how many are solved at least, and in what time.
 
-Times that are solved are those of `response.foreseen`. Each takes what a load within reach takes from rest by counts
+Times that are solved are those of `interpolant.foreseen`. Each takes what a load within reach takes from rest by counts
 (`forecast_load`), of which there is one a time: the steps of a history are as short. All take the preparation of the
 coils once. Of a pulse on `biorob2018` with rate and softening 19 times were solved, in 13 iterations each where 10 are
 counted. Where interpolation turns out to be off more times follow.
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.histories.response import foreseen
+from sits_mech.analysis.histories.interpolant import foreseen
 from sits_mech.chain.interpolate import BETWEEN
 from sits_mech.chain.plan import planned_seconds
 from sits_mech.chain.prices import forecast_load
@@ -38,8 +38,8 @@ def history_price(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
 ) -> HistoryPrice:
     """Return what a history takes, by counts of its largest load; arguments as of `in_time`, none is solved."""
-    models = {"tolerance": tolerance, "mechanics": mechanics, "magnetics": magnetics}
-    seconds, counts = planned_seconds(sensor, [largest_load(sensor, history)], **models)
+    largest = largest_load(sensor, history)
+    seconds, counts = planned_seconds(sensor, [largest], tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)
     each, coils = seconds.values()
     if history.held.any() or counts is not None:
         each = forecast_load(sensor, [Wrench()]).seconds

@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.analysis.histories.interpolant import Interpolant
+from sits_mech.analysis.histories.interpolant import Interpolant, foreseen, further
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at, aimed_loads
 from sits_mech.chain.goal import Goal, farthest
@@ -65,9 +65,6 @@ from sits_mech.quantities import (
 from sits_mech.readout.signals import shown_signals
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicones_of
 
-PARTS = 8
-"""Steps over the range of a load that lie between two solved times, at most."""
-_BEND = 0.5  # over the square of a range's parts: error of interpolation where y goes with the square of the load
 _LEAST = 0.1  # of the tolerance: what interpolation is given where solved times leave less
 
 
@@ -159,7 +156,7 @@ class _Asked:
         if goal is not None:
             spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
         most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
-        more = _more(divided, own, motion.time, _share(sensor, goal, values, off) / most)
+        more = further(divided, own, motion.time, _share(sensor, goal, values, off) / most)
         return _Answer(motion, found, goal, every, more)
 
     def _resting(self, divided: LoadHistory, progress: Progress) -> Motion | None:
@@ -232,33 +229,6 @@ def _at_all_times(
     given, no = motion.given & np.isin(motion.time, history.time[own]), np.zeros(motion.time.size, dtype=bool)
     marks = {"given": merged(given, yes), "interpolated": merged(no, yes)}
     return every | marks | {"time": merged(motion.time, times)}, off
-
-
-def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
-    """Divide a history for errors of interpolation; return also which times are its own.
-
-    Half is for the load's own course in time, which is interpolated first, the other for what a response adds to it.
-    """
-    divided, own = history.divided(PARTS, max(PARTS, int(np.ceil(np.sqrt(_BEND / most)))))
-    load, corners = divided.shares, divided.corners
-    while True:
-        known, left = divided.solved, own & ~divided.solved
-        _, off = Interpolant(divided.time[known], corners[known], load[known]).at(divided.time[left])
-        more = _more(divided, own, divided.time[known], np.max(off, axis=1) / (0.5 * most))
-        if not more.any():
-            return divided, own
-        divided = replace(divided, solved=known | more)
-
-
-def _more(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
-    """Return which times to solve besides, from solved ones and errors of interpolation over their limit, by row."""
-    left, found = np.flatnonzero(own & ~history.solved), np.zeros(own.size, dtype=bool)
-    inside = np.searchsorted(solved, history.time[left], side="right")
-    for number in np.unique(inside[share > 1.0]):
-        rows = left[inside == number]
-        pieces = int(np.ceil(np.sqrt(share[inside == number].max())))
-        found[rows[np.arange(1, pieces) * len(rows) // pieces]] = True
-    return found
 
 
 def taken_layer(
