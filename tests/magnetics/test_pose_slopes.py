@@ -48,6 +48,7 @@ def beside_a_plate(x: float) -> Sensor:
     return load_sensor("biorob2018", [f'conductors=[{{{plate}, centre=["{x} mm", "0 mm", "2.3 mm"]}}]'])
 
 
+@pytest.mark.slow
 def test_slopes_beside_a_plate_hold_no_change_of_preparations() -> None:
     """Two preparations share the answer at this gap: long steps of a finer model, and the coils' sum, a tenth of each.
 
