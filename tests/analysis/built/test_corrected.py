@@ -42,13 +42,13 @@ def test_the_corrected_table_reads_the_built_sensor(prior: Prior) -> None:
 
 
 def test_the_corrected_table_is_known_as_the_posterior_has_it(
-    numerics_alone: Callable[[], AbstractContextManager[None]], monkeypatch: pytest.MonkeyPatch
+    numerics_alone: Callable[[], AbstractContextManager[None]]
 ) -> None:
     """What mechanics leave out, an unknown of the fit, is not added again; what gap and leads do alike cancels."""
     sensor, axes = load_sensor("biorob2018-w15"), {"F_x": [-0.5, 0.0, 0.5], "F_z": [0.0, 1.0, 2.0]}
     bent = Omission(OmissionKind.BENDING, 0.03, Relative.DISPLACEMENT, parts=(0.0, 0.03, 0.0, 0.0, 0.0, 0.0))
-    with numerics_alone():
-        monkeypatch.setattr(simulate, "bending", lambda *_: (bent,))
+    with numerics_alone(), pytest.MonkeyPatch.context() as patch:  # in this order they are taken back
+        patch.setattr(simulate, "bending", lambda *_: (bent,))
         prior = prior_of(sensor, calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02))
         found = adapt(prior, bench_of(prior))
         built, table = corrected(found)
