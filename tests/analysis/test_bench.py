@@ -271,7 +271,8 @@ def test_invert_refuses_in_one_line(folder: Path, capsys: pytest.CaptureFixture[
     """Outside the table, too few coils, inductances of another scale, no calibration."""
     for words, message in [
         (["--l1", "50 %", "--l2", "50 %"],
-         'error: --l1 "50 %" --l2 "50 %": must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got'),
+         'error: --l1 "50 %" --l2 "50 %": must belong to a load of the calibration (F_x -1 to 1, F_z 0 to 4); got'
+         " readings of a load outside; the nearest, F_x = "),
         (["--l1", "85 %"], "--l1 --l2: must be given, one for each coil (C1, C2); got 1"),
         (["--l1", "4e-4 H", "--l2", "4e-4 H"], "--l1: must be near the inductance in free space, 2.489e-06 H; the"),
         (["--l1", "5 mm", "--l2", "85 %"], "--l1: must be an inductance"),

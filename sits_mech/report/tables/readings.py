@@ -37,7 +37,7 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, str]], rea
     if status == "ambiguous":
         why = "; ".join(cal.domain.regions) or "the edge of the table"
         return f"{options}: must belong to one load; ambiguous, more than one produces these readings ({why})"
-    came = "readings of a load outside" if status == OUTSIDE else f"readings that fit no load; {_nearest(cal, reading)}"
+    came = f"readings {'of a load outside' if status == OUTSIDE else 'that fit no load'}; {_nearest(cal, reading)}"
     return f"{options}: must belong to a load of the calibration ({', '.join(spans)}); got {came}"
 
 
@@ -49,7 +49,7 @@ def _nearest(cal: Calibration, reading: Array) -> str:
     best = int(np.argmin(np.max(off, axis=1)))
     coil = int(np.argmax(off[best]))
     load = ", ".join(f"{n} = {value:.3g}" for n, value in zip(cal.forces, loads[best].tolist(), strict=True))
-    return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.2g} % of its range off"
+    return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.3g} % of its range off"
 
 
 def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None) -> Record:
