@@ -29,7 +29,7 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import affordable, nearly_at_rest
+from sits_mech.mechanics.equilibrium.newton import Steps, affordable, nearly_at_rest, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
@@ -82,6 +82,22 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
+def from_before(
+    levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float
+) -> Outcome | None:
+    """Bring a target nearly to rest on a level from a state of the one before, cells at rims eliminated.
+
+    Its last step is at most `enough`. None where the state cannot be carried there; a body finds it once.
+    """
+    body, (held, goal) = levels.maker(level), aim
+    name = body.name_of(state, aim, enough)
+    known: Outcome | None = body.rests.get(name)
+    start = prolonged(levels, level, state) if known is None else None
+    if start is None:
+        return known
+    return body.keep(name, newton(body, start, goal, held, steps=Steps(eliminating=True, enough=enough)))
+
+
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
@@ -92,9 +108,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
-        start, found = None if given else prolonged(levels, level, state), None
-        if start is not None:
-            found = nearly_at_rest(body, start, goal, held, enough, eliminating=True)
+        found = None if given else from_before(levels, level, state, aim, enough)
         if not given and (found is None or found.reason) and not body.patch:
             found = nearly_at_rest(body, unloaded(body), goal, held, enough)
         if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
