@@ -174,7 +174,7 @@ def own_start(line: Line, number: int, start: Equilibrium | None) -> Equilibrium
 def _begun(line: Line, number: int, start: Equilibrium | None, level: int) -> State:
     """Return the start on one of the first two levels: an equilibrium of the same family, or the unloaded state."""
     own, levels = own_start(line, number, start), line[number]
-    there = None if own is None else starts(levels, line.scales, own)[1 - level]
+    there = None if own is None else starts(levels, line.scales, own.wrench, own.state)[1 - level]
     return there if there is not None and there.min_J > 0.0 else unloaded(levels.maker(level))
 
 
