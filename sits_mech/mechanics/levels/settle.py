@@ -166,7 +166,8 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
     twin = int(found.state[0]) + PAIR
     family = line[twin]
     states, (held, goal) = [], aim(family.fine, line.scales, control)
-    for body, here in zip((family.fine, family.coarse), starts(family, line.scales, found.wrench, found.state), strict=True):
+    begun = starts(family, line.scales, found.wrench, found.state)
+    for body, here in zip((family.fine, family.coarse), begun, strict=True):
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
             path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
