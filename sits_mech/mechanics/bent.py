@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -35,15 +34,6 @@ from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
 from sits_mech.threads import one_thread
 
 _SHAPES = 0.02  # of what coils see: so much ten degrees show of a point of `biorob2018-w22`, where four and six agree
-_KEPT = 16  # loads, that finer meshes are compared at after others
-
-
-class Added(NamedTuple):
-    """What bending adds to a pose (6,), its error (6,) [m, rad], and by how much the target bends [m]."""
-
-    motion: Array
-    off: Array
-    deflection: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +47,22 @@ class Bending:
     @one_thread
     def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:
         """Return the equilibrium with the pose of a rigid target that coils read alike."""
-        more = self.added(levels, scales, found.wrench, found.state.tobytes())
-        if more is None:
+        added = self.added(levels, scales, found.wrench, found.state.tobytes())
+        if added is None:
             return found
-        part = np.copysign(more.off, more.motion)  # meshes, shapes and stretching err alike under all loads
-        bent = replace(
-            found, pose=Pose.of(found.pose.components + more.motion), shared=np.vstack([found.shared, part])
-        )
+        motion, off, deflection = added
+        part = np.copysign(off, motion)  # meshes, shapes and stretching err alike under all loads
+        bent = replace(found, pose=Pose.of(found.pose.components + motion), shared=np.vstack([found.shared, part]))
         moved = found.pose.components - scales.pose(np.zeros(6)).components
-        share = relative(more.off, moved, levels.fine.reach(scales.thickness))
-        note = Note.of(NoteKind.BENT, deflection=more.deflection, bare=self.plate.target.bare)
-        return enlarged(bent, Pose.of(found.error.components + more.off), found.report.estimated_error + share, note)
+        more = relative(off, moved, levels.fine.reach(scales.thickness))
+        note = Note.of(NoteKind.BENT, deflection=deflection, bare=self.plate.target.bare)
+        return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
 
-    @latest(_KEPT, owned=True)
-    def added(self, levels: Levels, scales: Scales, load: Wrench, state: bytes) -> Added | None:
-        """Return what bending adds to the rest of a load, whose states of two levels are kept; None if singular.
+    @latest(16, owned=True)  # finer meshes are compared at some of these loads after all
+    def added(
+        self, levels: Levels, scales: Scales, load: Wrench, state: bytes
+    ) -> tuple[Array, Array, float] | None:
+        """Return what bending adds to a pose, the error of it [m, rad], and its size [m]; None if singular.
 
         Coils see it where the second level rests, whatever finer ones change of that.
         """
@@ -86,7 +77,7 @@ class Bending:
         shapes = np.maximum(np.abs(own - lower), _SHAPES * np.abs(own))
         off = limit.error + shapes + stretched * np.abs(limit.value)
         off[1] += unlike[0]
-        return Added(limit.value, off, float(np.abs(w).max()))
+        return limit.value, off, float(np.abs(w).max())
 
     def steps(self, levels: Levels, scales: Scales, load: Wrench, state: bytes) -> Array | None:
         """Return q and a less those of the rigid target, (3, 6 + m) [m, rad], None if singular.

@@ -35,7 +35,7 @@ from sits_mech.mechanics.levels.answer import (
     whole_error,
 )
 from sits_mech.mechanics.levels.family import Levels, Line
-from sits_mech.mechanics.levels.refine import from_before
+from sits_mech.mechanics.levels.refine import nearly_at_rest
 from sits_mech.memory import check_seconds, latest
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Equilibrium, SolveReport, Wrench
@@ -146,7 +146,7 @@ def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
     """
     body, goal, held = levels.fine, path.goals[-1], path.held
     enough = _SETTLES * body.length(state.q)
-    near = None if body.patch is None else from_before(levels, 1, state, (held, goal), enough)
+    near = None if body.patch is None else nearly_at_rest(levels, 1, state, (held, goal), enough)
     if near is None or near.reason:
         return None
     found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))

@@ -29,7 +29,7 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import Steps, affordable, nearly_at_rest, newton
+from sits_mech.mechanics.equilibrium.newton import Steps, affordable, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
@@ -82,20 +82,20 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
-def from_before(
-    levels: Levels, level: int, state: State, aim: tuple[Held, Array], enough: float
+def nearly_at_rest(
+    levels: Levels, level: int, before: State | None, aim: tuple[Held, Array], enough: float
 ) -> Outcome | None:
-    """Bring a target nearly to rest on a level from a state of the one before, cells at rims eliminated.
+    """Bring a target nearly to rest on a level, its last step at most `enough`; a body finds it once.
 
-    Its last step is at most `enough`. None where the state cannot be carried there; a body finds it once.
+    From a state of the level before, cells at rims eliminated, None where it cannot be carried; or from rest, down the
+    potential.
     """
     body, (held, goal) = levels.maker(level), aim
-    name = body.name_of(state, aim, enough)
+    steps = Steps(falling=before is None, eliminating=before is not None, enough=enough)
+    name = body.name_of(before or unloaded(body), aim, steps)
     known: Outcome | None = body.rests.get(name)
-    start = prolonged(levels, level, state) if known is None else None
-    if start is None:
-        return known
-    return body.keep(name, newton(body, start, goal, held, steps=Steps(eliminating=True, enough=enough)))
+    start = None if known else unloaded(body) if before is None else prolonged(levels, level, before)
+    return known if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
 
 
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
@@ -108,9 +108,9 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
-        found = None if given else from_before(levels, level, state, aim, enough)
+        found = None if given else nearly_at_rest(levels, level, state, aim, enough)
         if not given and (found is None or found.reason) and not body.patch:
-            found = nearly_at_rest(body, unloaded(body), goal, held, enough)
+            found = nearly_at_rest(levels, level, None, aim, enough)
         if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
             path = Path((0.0 * goal, goal), held)
             there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))
