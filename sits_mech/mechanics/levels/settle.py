@@ -61,7 +61,7 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
     if (beyond := overload_refusal(line, start, control)) is not None:
         return beyond
     for begin, numbers in _tries(line, start, control):
-        solved = _at_once_in_contact(line, numbers, begin, control) or _by_families(line, numbers, begin, control)
+        solved = _by_families(line, numbers, begin, control)
         if solved.part == 1.0:
             break
     return solved
@@ -101,28 +101,21 @@ def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
 
 
 def _by_families(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
-    """Return the last equilibrium on the first family that gets to a load; where its faces touch that with contact."""
-    pair = _on(line, numbers, start, control)
+    """Return the last equilibrium on the first family that gets to a load; where faces touch that with contact.
+
+    It is at once, where the first level touches and no second one gets there in one increment, but where faces lie on
+    each other: what contact changes is an error then (`_with_depth`).
+    """
+    look = first_look(line, numbers[0], start, control)
+    waits = line.auto and look.reached == 1.0 and not eliminates(line, numbers[0], look)
+    pair = _on(line, numbers, start, control, _SMALLEST[not waits])
+    if waits and pair.part < 1.0:
+        held = _on(line, line.last, start, control)
+        if held.part == 1.0 and not _faces(line, held).held:
+            return refined_answer(line, held, control)
+        pair = _on(line, numbers, start, control)
     touches = line.auto and not line.in_contact(pair.number) and _faces(line, pair).touch
     return _in_contact(line, pair, start, control) if touches else refined_answer(line, pair, control)
-
-
-def _at_once_in_contact(
-    line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control
-) -> Solved | None:
-    """Return the equilibrium with contact of a load under which first levels touch, and second ones are lost without.
-
-    None for any other load, and where faces lie on each other: what contact changes is an error then (`_with_depth`).
-    """
-    if not line.auto or line.in_contact(numbers[0]):
-        return None
-    look = first_look(line, numbers[0], start, control)
-    if look.reached < 1.0 or not line[numbers[0]].coarse.touching(look.state).touch:
-        return None
-    if _on(line, numbers, start, control, _SMALLEST[0]).part == 1.0:
-        return None
-    pair = _on(line, line.last, start, control)
-    return None if pair.part < 1.0 or _faces(line, pair).held else refined_answer(line, pair, control)
 
 
 def _on(
