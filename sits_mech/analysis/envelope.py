@@ -202,15 +202,20 @@ class _Search:
 def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
     """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large).
 
-    The first share tried is that up to which small strains are within the data.
+    The first share tried is that up to which small strains are within the data, to one digit, too: that load is solved
+    once where it is what the pad bears.
     """
     layer, _ = mechanical_model(sensor, mechanics, _POSE, [load])
     if not isinstance(layer, RefinedModel):
         return 1.0
     most, solved = known_stretch(sensor), symmetry_of(sensor).standard(load)[0]
-    first = min(1.0, (most - 1.0) / strain_bound(sensor, [solved])) or 1.0  # of no bound all
+    first = _to_one_digit(min(1.0, (most - 1.0) / strain_bound(sensor, [solved]))) or 1.0  # of no bound all
     found = capacity(sensor, layer.rough, _times(first, solved), most, within=_WITHIN[1])
-    share = min(first * found.multiple, 1.0)  # it may be infinite
+    return _to_one_digit(min(first * found.multiple, 1.0))  # it may be infinite
+
+
+def _to_one_digit(share: float) -> float:
+    """Return the largest share of one digit that is not above another."""
     tens = 10.0 ** math.floor(math.log10(max(share, 1e-9)))
     return round(math.floor(share / tens) * tens, 10)
 

@@ -104,15 +104,15 @@ class BondedPlate:
 
     def heights(self, places: Array) -> Array:
         """Return how q and a move places (n, 2) upwards, shape (n, 6 + m)."""
-        (x, y), none = places.T, np.zeros(len(places))
-        motion = [none, none + 1.0, -x, none, y, none]
-        return np.column_stack([*motion, _shapes(self.target, self.degrees, places).value - self._plane(places)])
+        return np.asarray(self.lifts(places)[0])
 
     def lifts(self, places: Array) -> Array:
         """Return how q and a move places (n, 2) upwards, with derivatives x, y, xx, xy, yy, shape (6, n, 6 + m)."""
         at, a = _shapes(self.target, self.degrees, places), 0.5 * np.array(self.target.extent)
         found = np.zeros((6, len(places), 6 + len(self.degrees)))
-        found[0], found[1, :, 2], found[2, :, 4] = self.heights(places), -1.0, 1.0
+        found[0, :, 1], found[0, :, 2], found[0, :, 4] = 1.0, -places[:, 0], places[:, 1]
+        found[1, :, 2], found[2, :, 4] = -1.0, 1.0
+        found[0, :, 6:] = at.value - _linear(self.target, places) @ self.plane
         found[1:3, :, 6:] = at.x - self.plane[1] / a[0], at.y - self.plane[2] / a[1]
         found[3:, :, 6:] = at.xx, at.xy, at.yy
         return found
@@ -122,10 +122,6 @@ class BondedPlate:
         w, w_x, w_y = self.lifts(thickness * body.X[:, :2])[:3, :, 6:]
         along = self.target.neutral_plane * np.stack([w_x, w_y])[: len(body.mesh.axes) - 1]
         return np.stack([*along, w], axis=1)
-
-    def _plane(self, places: Array) -> Array:
-        """Return what shapes have in common with 1, x and y at places (n, 2), shape (n, m)."""
-        return _linear(self.target, places) @ self.plane
 
     def answers(self, loads: Sequence[Wrench], stiffness: float) -> tuple[Array, Array]:
         """Return q and a of a rigid target under loads about the middle of its top face, and what bending adds.

@@ -28,6 +28,7 @@ from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.linearisation import bending_equations
 from sits_mech.mechanics.levels.answer import enlarged, relative, starts
 from sits_mech.mechanics.levels.family import Levels, extrapolated
+from sits_mech.memory import latest
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
 from sits_mech.threads import one_thread
@@ -46,36 +47,47 @@ class Bending:
     @one_thread
     def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:
         """Return the equilibrium with the pose of a rigid target that coils read alike."""
-        steps = self.steps(levels, scales, found)
-        if steps is None:
+        added = self.added(levels, scales, found.wrench, found.state.tobytes())
+        if added is None:
             return found
-        w, here = self.plate.upwards @ steps[0], starts(levels, scales, found)[0]
-        seen = self.seen(found.pose, np.asarray(steps.any(axis=0)))
-        free = [k for k in (1, 2, 4) if k in np.flatnonzero(levels.fine.freed)]
-        (fine, lower, coarse), unlike = self.plate.as_motion(steps, seen, free)
-        limit = extrapolated([coarse, fine], levels.terms[:2], pressed=levels.fine.pressed(here), early=1.0)
-        stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
-        shapes = np.maximum(np.abs(fine - lower), _SHAPES * np.abs(fine))
-        off = limit.error + shapes + stretched * np.abs(limit.value)
-        off[1] += unlike[0]
-        part = np.copysign(off, limit.value)  # meshes, shapes and stretching err alike under all loads
-        bent = replace(
-            found, pose=Pose.of(found.pose.components + limit.value), shared=np.vstack([found.shared, part])
-        )
+        motion, off, deflection = added
+        part = np.copysign(off, motion)  # meshes, shapes and stretching err alike under all loads
+        bent = replace(found, pose=Pose.of(found.pose.components + motion), shared=np.vstack([found.shared, part]))
         moved = found.pose.components - scales.pose(np.zeros(6)).components
         more = relative(off, moved, levels.fine.reach(scales.thickness))
-        note = Note.of(NoteKind.BENT, deflection=float(np.abs(w).max()), bare=self.plate.target.bare)
+        note = Note.of(NoteKind.BENT, deflection=deflection, bare=self.plate.target.bare)
         return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
 
-    def steps(self, levels: Levels, scales: Scales, found: Equilibrium) -> Array | None:
+    @latest(16, owned=True)  # finer meshes are compared at some of these loads after all
+    def added(
+        self, levels: Levels, scales: Scales, load: Wrench, state: bytes
+    ) -> tuple[Array, Array, float] | None:
+        """Return what bending adds to a pose, the error of it [m, rad], and its size [m]; None if singular.
+
+        Coils see it where the second level rests, whatever finer ones change of that.
+        """
+        here, steps = starts(levels, scales, load, np.frombuffer(state))[0], self.steps(levels, scales, load, state)
+        if steps is None:
+            return None
+        w, free = self.plate.upwards @ steps[0], [k for k in (1, 2, 4) if k in np.flatnonzero(levels.fine.freed)]
+        seen = self.seen(scales.pose(here.q), np.asarray(steps.any(axis=0)))
+        (own, lower, before), unlike = self.plate.as_motion(steps, seen, free)
+        limit = extrapolated([before, own], levels.terms[:2], pressed=levels.fine.pressed(here), early=1.0)
+        stretched = min(1.0, (np.ptp(w) / self.plate.target.thickness) ** 2 / 2.0)
+        shapes = np.maximum(np.abs(own - lower), _SHAPES * np.abs(own))
+        off = limit.error + shapes + stretched * np.abs(limit.value)
+        off[1] += unlike[0]
+        return limit.value, off, float(np.abs(w).max())
+
+    def steps(self, levels: Levels, scales: Scales, load: Wrench, state: bytes) -> Array | None:
         """Return q and a less those of the rigid target, (3, 6 + m) [m, rad], None if singular.
 
         On the second level, there by shapes of two degrees less, and on the first level.
         """
-        bodies, rests = (levels.fine, levels.coarse), starts(levels, scales, found)
-        each = [self._step(body, here, scales, found.wrench) for body, here in zip(bodies, rests, strict=True)]
+        pairs = zip((levels.fine, levels.coarse), starts(levels, scales, load, np.frombuffer(state)), strict=True)
+        each = [self._step(body, here, scales, load) for body, here in pairs]
         good = [one for one in each if one is not None]
-        return np.concatenate([good[0], good[1][:1]]) if len(good) == len(bodies) else None
+        return np.concatenate([good[0], good[1][:1]]) if len(good) == len(each) else None
 
     def _step(self, body: Bonded, here: State, scales: Scales, load: Wrench) -> Array | None:
         """Return q and a less those of the rigid target on a mesh, by all shapes and those of two degrees less."""

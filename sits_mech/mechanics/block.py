@@ -268,7 +268,7 @@ def of_both_halves(pad: BlockPad, found: Equilibrium) -> Equilibrium:
     half, whole = pad.half[number], pad.whole[number]
     if half.size == whole.size:  # on a whole mesh of the user's
         return found
-    states = starts(half, pad.half.scales, found)
+    states = starts(half, pad.half.scales, found.wrench, found.state)
     bodies = ((half.fine, whole.fine), (half.coarse, whole.coarse))
     both = [pack_state(mirrored(*pair, state)) for pair, state in zip(bodies, states, strict=True)]
     return replace(found, state=np.concatenate([[number], *both]))

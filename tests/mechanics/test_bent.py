@@ -23,7 +23,7 @@ def test_a_target_bends_at_its_load(thickness: str, force: float, middle: float,
     plate, model = bonded_plate(sensor), axisymmetric_pad(sensor)
     found, line = model.equilibrium(load), model.line
     bending = Bending(plate, sensor.target.bending_stiffness, lambda pose, some: CoilView(np.ones((28, 1)), 0.0))
-    step = bending.steps(line[int(found.state[0])], line.scales, found)[0]
+    step = bending.steps(line[int(found.state[0])], line.scales, found.wrench, found.state.tobytes())[0]
     w = plate.heights(np.array([(0.0, 0.0), (6e-3, 0.0)])) @ step
     stretched = 0.5 * (np.ptp(w) / sensor.target.thickness) ** 2
     known = np.array([middle, rim]) * (found.pose.d_v - 2e-3)

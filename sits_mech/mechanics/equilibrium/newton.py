@@ -124,21 +124,6 @@ def newton(
     return replace(ended, S=stiffness, odd=hidden_stiffness(body, made))
 
 
-def nearly_at_rest(
-    body: Bonded, start: State, goal: Array, held: Held, enough: float, *, eliminating: bool = False
-) -> Outcome:
-    """Return a target nearly at rest, its last step at most `enough`, by `newton`; a body finds it once.
-
-    `eliminating`: with the cells at rims at rest after each step; without, the potential is descended.
-    """
-    steps = Steps(falling=not eliminating, eliminating=eliminating, enough=enough)
-    name = body.name_of(start, goal, held, steps)
-    known: Outcome | None = body.rests.get(name)
-    if known is not None:
-        return known
-    return body.keep(name, newton(body, start, goal, held, steps=steps))
-
-
 def small_strain_compliance(body: Bonded) -> tuple[Array, Array]:
     """Return compliance (k, k) and unloaded motion (k,) of the undeformed state."""
     here = rest(body)

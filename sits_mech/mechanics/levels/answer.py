@@ -23,7 +23,7 @@ from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
 from sits_mech.mechanics.levels.refine import finer, refine
 from sits_mech.notes import Note
-from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport
+from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, silicones_of
 from sits_mech.silicone.stability import layer_notes
 
@@ -44,12 +44,11 @@ def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
     return held[:k], control.goal(scales.lengths, scales.loads)[:k]
 
 
-def starts(levels: Levels, scales: Scales, start: Equilibrium) -> list[State]:
-    """Return the states of the second and the first level of an equilibrium, whose family has these levels."""
-    bodies = (levels.fine, levels.coarse)
-    load = scales.load(start.wrench)[: levels.fine.components]
-    halves = np.split(start.state[1:], [levels.fine.size])
-    return [unpack_state(body, half, load) for body, half in zip(bodies, halves, strict=True)]
+def starts(levels: Levels, scales: Scales, load: Wrench, state: Array) -> list[State]:
+    """Return the states of the second and the first level under a load from what an equilibrium keeps of them."""
+    bodies, own = (levels.fine, levels.coarse), scales.load(load)[: levels.fine.components]
+    halves = np.split(state[1:], [levels.fine.size])
+    return [unpack_state(body, half, own) for body, half in zip(bodies, halves, strict=True)]
 
 
 def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Array:

@@ -20,7 +20,6 @@ from sits_mech.mechanics.equilibrium.newton import (
     MOST,
     iteration_seconds,
     judged,
-    nearly_at_rest,
     newton,
     smallest_eigenvalue,
     target_stiffness,
@@ -36,7 +35,7 @@ from sits_mech.mechanics.levels.answer import (
     whole_error,
 )
 from sits_mech.mechanics.levels.family import Levels, Line
-from sits_mech.mechanics.levels.refine import prolonged
+from sits_mech.mechanics.levels.refine import nearly_at_rest
 from sits_mech.memory import check_seconds, latest
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Equilibrium, SolveReport, Wrench
@@ -146,9 +145,9 @@ def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
     The state is at the end of the path.
     """
     body, goal, held = levels.fine, path.goals[-1], path.held
-    start = None if body.patch is None else prolonged(levels, 1, state)
     enough = _SETTLES * body.length(state.q)
-    if start is None or (near := nearly_at_rest(body, start, goal, held, enough, eliminating=True)).reason:
+    near = None if body.patch is None else nearly_at_rest(levels, 1, state, (held, goal), enough)
+    if near is None or near.reason:
         return None
     found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))
     spent = near.state.iterations + found.state.iterations
@@ -175,7 +174,7 @@ def own_start(line: Line, number: int, start: Equilibrium | None) -> Equilibrium
 def _begun(line: Line, number: int, start: Equilibrium | None, level: int) -> State:
     """Return the start on one of the first two levels: an equilibrium of the same family, or the unloaded state."""
     own, levels = own_start(line, number, start), line[number]
-    there = None if own is None else starts(levels, line.scales, own)[1 - level]
+    there = None if own is None else starts(levels, line.scales, own.wrench, own.state)[1 - level]
     return there if there is not None and there.min_J > 0.0 else unloaded(levels.maker(level))
 
 

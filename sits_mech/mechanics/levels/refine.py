@@ -29,7 +29,7 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.newton import affordable, nearly_at_rest
+from sits_mech.mechanics.equilibrium.newton import Steps, affordable, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
@@ -82,6 +82,22 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
     return State(u, state.q, p, state.load, min_J=least) if least > 0.0 else None
 
 
+def nearly_at_rest(
+    levels: Levels, level: int, before: State | None, aim: tuple[Held, Array], enough: float
+) -> Outcome | None:
+    """Bring a target nearly to rest on a level, its last step at most `enough`; a body finds it once.
+
+    From a state of the level before, cells at rims eliminated, None where it cannot be carried; or from rest, down the
+    potential.
+    """
+    body, (held, goal) = levels.maker(level), aim
+    steps = Steps(falling=before is None, eliminating=before is not None, enough=enough)
+    name = body.name_of(before or unloaded(body), aim, steps)
+    known: Outcome | None = body.rests.get(name)
+    start = None if known else unloaded(body) if before is None else prolonged(levels, level, before)
+    return known if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
+
+
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
@@ -92,11 +108,9 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
         body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
-        start, found = None if given else prolonged(levels, level, state), None
-        if start is not None:
-            found = nearly_at_rest(body, start, goal, held, enough, eliminating=True)
+        found = None if given else nearly_at_rest(levels, level, state, aim, enough)
         if not given and (found is None or found.reason) and not body.patch:
-            found = nearly_at_rest(body, unloaded(body), goal, held, enough)
+            found = nearly_at_rest(levels, level, None, aim, enough)
         if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
             path = Path((0.0 * goal, goal), held)
             there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))

@@ -6,7 +6,8 @@ where neither does, the farther one gives the largest load (equilibrium/limit.py
 load that the second carries is left out: the answer is that of the second and the third (pair.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
-the rest without it: introduced gradually, as faces may stand deep behind planes. Where the load cannot be reached with
+the rest without it: introduced gradually, as faces may stand deep behind planes; from rest where the first level
+touches and the second one does not get there in one increment without contact. Where the load cannot be reached with
 contact, the answer is that without, and its error the whole displacement. The notes say which.
 
 A load path that ended before its goal is described by one message for layers of all kinds: where it stands, how much of
@@ -60,9 +61,7 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
     if (beyond := overload_refusal(line, start, control)) is not None:
         return beyond
     for begin, numbers in _tries(line, start, control):
-        pair = _on(line, numbers, begin, control)
-        touches = line.auto and not line.in_contact(pair.number) and _faces(line, pair).touch
-        solved = _in_contact(line, pair, begin, control) if touches else refined_answer(line, pair, control)
+        solved = _by_families(line, numbers, begin, control)
         if solved.part == 1.0:
             break
     return solved
@@ -101,14 +100,37 @@ def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
     return along(line, controls)
 
 
-def _on(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Pair:
-    """Return the rest on the first family that gets there, or else what the farthest one carries."""
+def _by_families(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
+    """Return the last equilibrium on the first family that gets to a load; where faces touch that with contact.
+
+    It is at once, where the first level touches and no second one gets there in one increment, but where faces lie on
+    each other: what contact changes is an error then (`_with_depth`).
+    """
+    look = first_look(line, numbers[0], start, control)
+    waits = line.auto and look.reached == 1.0 and not eliminates(line, numbers[0], look)
+    pair = _on(line, numbers, start, control, _SMALLEST[not waits])
+    if waits and pair.part < 1.0:
+        held = _on(line, line.last, start, control)
+        if held.part == 1.0 and not _faces(line, held).held:
+            return refined_answer(line, held, control)
+        pair = _on(line, numbers, start, control)
+    touches = line.auto and not line.in_contact(pair.number) and _faces(line, pair).touch
+    return _in_contact(line, pair, start, control) if touches else refined_answer(line, pair, control)
+
+
+def _on(
+    line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control, last: float = _SMALLEST[1]
+) -> Pair:
+    """Return the rest on the first family that gets there, or else what the farthest one carries.
+
+    `last`: smallest increment on the last of them.
+    """
     looks: dict[int, Outcome] = {}
     tried: list[Pair] = []
     for number in numbers:
         looks[number] = first_look(line, number, start, control)
         if looks[number].reached == 1.0:
-            smallest = _SMALLEST[number == numbers[-1]]
+            smallest = (_SMALLEST[0], last)[number == numbers[-1]]
             tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
@@ -166,7 +188,8 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
     twin = int(found.state[0]) + PAIR
     family = line[twin]
     states, (held, goal) = [], aim(family.fine, line.scales, control)
-    for body, here in zip((family.fine, family.coarse), starts(family, line.scales, found), strict=True):
+    begun = starts(family, line.scales, found.wrench, found.state)
+    for body, here in zip((family.fine, family.coarse), begun, strict=True):
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
             path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])

@@ -12,11 +12,11 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.elimination import eliminated, relaxed
 from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, residuals_of, way_of
-from sits_mech.mechanics.equilibrium.newton import SETTLED, nearly_at_rest, newton
+from sits_mech.mechanics.equilibrium.newton import SETTLED, newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import aim
-from sits_mech.mechanics.levels.refine import prolonged
+from sits_mech.mechanics.levels.refine import nearly_at_rest
 from sits_mech.scene.sensor import load_sensor
 
 HELD = np.zeros(3, dtype=bool)
@@ -106,11 +106,12 @@ def test_a_level_that_is_cut_at_rims_takes_two_steps_from_the_level_before(load)
     """Where it took four and more from rest; the target is where it rests to a tenth of the change of levels."""
     levels, states = line()[0], [rested(level, *load) for level in (0, 1)]
     body, enough = levels.maker(2), 0.05 * line()[0].fine.length(states[1].q - states[0].q)
-    start = prolonged(levels, 2, states[1])
-    found = nearly_at_rest(body, start, goal(*load), HELD, enough, eliminating=True)
+    asked = levels, 2, states[1], (HELD, goal(*load)), enough
+    found = nearly_at_rest(*asked)
     assert found.state.iterations == 2 and body.length(found.off) <= enough
     true = newton(body, found.state, goal(*load)).state
     assert true.residual <= SETTLED
     assert body.length(found.state.q - true.q) < 0.1 * body.length(true.q - states[1].q)
-    again = nearly_at_rest(body, rest(body), goal(*load), HELD, enough)
+    assert nearly_at_rest(*asked) is nearly_at_rest(*asked)  # found once
+    again = nearly_at_rest(levels, 2, None, *asked[3:])
     assert again.state.iterations >= 4
