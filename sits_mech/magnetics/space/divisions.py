@@ -91,18 +91,40 @@ class _Family:
         return max(int(plan.cells.shape[0]) * 2 * (z.size - 1) * len(plan.group) for plan, z in self.divisions)
 
 
+def prepared_for(
+    target: Target, rung: PlateRung, scale: _Scale, become: Target | None, frequency: float
+) -> tuple[Sheeted, ...]:
+    """Return a plate as `prepared`: for the first frequency that it is asked for [Hz] alone, for any other one for all.
+
+    Beyond those at which its cells resolve the skin depth an answer takes three, for which modes pay.
+    """
+    omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, become)
+    asked[:] = asked or [omega]
+    alone = asked[0] == omega <= _family(target, rung, scale, Seen.POLYNOMIALS).resolved
+    return prepared(target, rung, scale, become, omega if alone else 0.0)
+
+
+@latest(64)
+def _asked(target: Target, rung: PlateRung, scale: _Scale, become: Target | None) -> list[float]:
+    """Return where the first angular frequency that a plate is asked for is kept, empty at first."""
+    return []
+
+
 @latest(12)
-def prepared(target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None) -> tuple[Sheeted, ...]:
+def prepared(
+    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None, omega: float = 0.0
+) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle cells are small, and grow slowly, and the length on which the coils' field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
-    so that differences are free of what other divisions change. TooLarge before the first large array.
+    so that differences are free of what other divisions change. It is for one frequency `omega` [rad/s], or for all.
+    TooLarge before the first large array.
     """
     family, metal = _fitting_family(target, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
-    asked = family.divisions, metal, family.box, family.resolved, family.depth
-    read = partial(division_from_arrays, family.box, family.resolved)
+    asked = family.divisions, metal, family.box, family.resolved, family.depth, omega
+    read = partial(division_from_arrays, family.box, family.resolved, omega)
 
     def make() -> tuple[Sheeted, ...]:
         _announce(family, scale)
