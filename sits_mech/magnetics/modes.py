@@ -188,18 +188,27 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
 
 def solved(L: Any, R: Any, B: Any, *, omega: float, weight: float = 1.0) -> Solved:
     """Return what fluxes B (b, n) see of a conductor at one frequency [rad/s]; L, R and `weight` as of `reduced`."""
-    if np.iscomplexobj(R):
-        Y = B @ np.linalg.solve(R + 1j * omega * L, B.conj().T) * weight
-    else:
-        A = np.empty(R.shape, dtype=complex, order="F")
-        A.real, A.imag = R.T, L.T
-        A.imag *= omega
-        sysv: Any = get_lapack_funcs("sysv", (A,))
-        *_, X, info = sysv(A, B.T, lwork=_BLOCK * len(A), lower=1, overwrite_a=1)
-        if info:
-            raise np.linalg.LinAlgError(f"R + j omega L is singular in row {info}")
-        Y = B @ X.real + 1j * (B @ X.imag)
+    return seen_currents(solved_currents(L, R, B, omega), B, omega, weight)
+
+
+def seen_currents(X: Complex, B: Any, omega: float, weight: float) -> Solved:
+    """Return what fluxes see of what they drive, X of `solved_currents`."""
+    Y = B @ X * weight if np.iscomplexobj(B) else B @ X.real + 1j * (B @ X.imag)
     return Solved(omega, omega**2 / 2 * (Y + Y.T))
+
+
+def solved_currents(L: Any, R: Any, B: Any, omega: float) -> Complex:
+    """Return ``(R + j omega L)^-1 B^H``, shape (n, b)."""
+    if np.iscomplexobj(R):
+        return np.linalg.solve(R + 1j * omega * L, B.conj().T)
+    A = np.empty(R.shape, dtype=complex, order="F")
+    A.real, A.imag = R.T, L.T
+    A.imag *= omega
+    sysv: Any = get_lapack_funcs("sysv", (A,))
+    *_, X, info = sysv(A, B.T, lwork=_BLOCK * len(A), lower=1, overwrite_a=1)
+    if info:
+        raise np.linalg.LinAlgError(f"R + j omega L is singular in row {info}")
+    return np.asarray(X)
 
 
 def _done(found: tuple[Any, int]) -> Any:

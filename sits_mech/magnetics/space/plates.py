@@ -14,7 +14,7 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.space.divisions import field_length, is_near, prepared_for, prepared_near, unseen
+from sits_mech.magnetics.space.divisions import field_length, is_near, lone_frequency, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.permeable import prepared_permeable
 from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
 from sits_mech.magnetics.space.sources import Sources, farthest_winding
@@ -130,9 +130,10 @@ def divided_plate(
     near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
+    alone = lone_frequency(*asked, (sources, part.become), frequency[0]) if sources or not near else 0.0
     divisions: tuple[Any, ...] = (
-        prepared_near(*asked, sources or clear[1], part.become)
-        if near else prepared_for(*asked, part.become, frequency[0])
+        prepared_near(*asked, replace(sources, omega=alone) if sources else clear[1], part.become)
+        if near else prepared(*asked, part.become, alone)
     )
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
