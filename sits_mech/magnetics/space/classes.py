@@ -168,6 +168,18 @@ def driven(problem: Problem, driving: Array) -> Complex:
     return np.asarray(B)
 
 
+def image_moments(problem: Problem, ways: Sequence[Complex]) -> Complex:
+    """Return the moments in all images of a class's cells of currents (unknowns, m), (m, q, 3).
+
+    Those of the conjugate class follow, where it is complex.
+    """
+    loops, factors, total = problem.parts[2], problem.factors(), np.zeros(1, dtype=complex)
+    for back, currents in enumerate(ways):
+        each = [(m.conj() if back else m) @ currents for m in loops]
+        total = total + np.einsum("gsab,bcm->mgsca", factors.conj() if back else factors, each)
+    return total.reshape(ways[0].shape[1], -1, 3)
+
+
 def image_classes(weights: Array) -> list[tuple[tuple[int, int], float]]:
     """Return which sum of a rectangle's eight images rows of weights are, and its factor.
 

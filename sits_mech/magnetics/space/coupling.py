@@ -19,11 +19,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from sits_mech.magnetics.coils.straight import CACHED
+from sits_mech.magnetics.modes import Reduced, Solved
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
@@ -37,21 +37,13 @@ _POINT = 1e-2  # of the strongest, of points that make the plate's field: 0.8 % 
 _Forms = tuple[Sequence[Array], Sequence[Array], Sequence[Array]]
 
 
-class Answering(Protocol):
-    """A symmetry class seen through its combinations, at any frequency (`Reduced`) or at one (`Solved`)."""
-
-    def admittance(self, omega: float) -> Complex:
-        """Return Y (n, n), symmetric; omega [rad/s]."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class Sheeted:
     """A plate prepared for any pose."""
 
     box: Box  # of its fields
     bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
-    classes: tuple[Answering, ...]  # one a symmetry class
+    classes: tuple[Reduced | Solved, ...]  # one a symmetry class, seen through its combinations
     unknowns: int  # of the discrete problem
     sheets: int  # of the discrete problem
 

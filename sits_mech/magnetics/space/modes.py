@@ -46,7 +46,7 @@ from sits_mech.magnetics.space.classes import (
     scaled,
     stacked,
 )
-from sits_mech.magnetics.space.coupling import Answering, Sheeted
+from sits_mech.magnetics.space.coupling import Sheeted
 from sits_mech.magnetics.space.fields import Basis, Box, decay_scale, field_means, without_gradients
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
@@ -68,14 +68,16 @@ def prepare_sheets(
     middle plane (0) up to the top face [m]. Cells resolve the skin depth up to the angular frequency `highest` [rad/s];
     within `depth` of the rim current may pass between sheets [m]. It is for one frequency `omega` [rad/s], or for all.
     """
-    answering: Callable[..., Answering] = partial(solved, omega=omega) if omega else partial(reduced, highest=highest)
+    answering: Callable[..., Reduced | Solved] = partial(reduced, highest=highest)
+    if omega:
+        answering = partial(solved, omega=omega)
     bases: dict[_Key, Basis] = {}
-    found: list[tuple[dict[_Key, Answering], int, int]] = []
+    found: list[tuple[dict[_Key, Reduced | Solved], int, int]] = []
     for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
             once = found[first][:2]
         else:
-            unknowns, classes = 0, dict[_Key, Answering]()
+            unknowns, classes = 0, dict[_Key, Reduced | Solved]()
             for key, one, (L, R, _), B in matrices_of(plan, levels, (conductivity, depth), (box, None), bases):
                 if key in bases:
                     classes[key] = answering(L, R, B, weight=one.weight)
@@ -113,7 +115,7 @@ def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
 
-    def part(*place: int) -> Answering:
+    def part(*place: int) -> Reduced | Solved:
         """Return a class of a division."""
         own = {name: arrays["_".join(map(str, (name, *place)))] for name in _ARRAYS[bool(omega)]}
         return Solved(omega, **own) if omega else Reduced(**own, highest=highest)

@@ -16,7 +16,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import Reduced, Solved, reaction_at, reduced, seen_currents, solved_currents
-from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
@@ -34,6 +35,7 @@ from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
 
 _CLOSE = 0.45  # distance over the largest cell's size from which on the middles show
+_Key = tuple[int, int]  # of a class, by order and mirror
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
 
 
@@ -74,7 +76,7 @@ class _Class:
         if self.turned:
             (p, q), V = (answer[:, :m] / 2, answer[:, m:] / 2), W[:, :m] + 1j * W[:, m:]
             ways = [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
-        return -1j * omega * _image_moments(self.problem, self.unit, ways)
+        return -1j * omega * image_moments(self.problem, [self.unit[:, None] * each for each in ways])
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,6 @@ class _RestingClass:
     """A symmetry class of a plate at rest, at one frequency."""
 
     problem: Problem
-    unit: Array  # of each unknown
     answer: Solved  # to all that it sees
     ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
     columns: Integers  # which of all combinations and coils it sees
@@ -93,19 +94,7 @@ class _RestingClass:
 
     def resting_moments(self, coils: int, omega: float) -> Complex:
         """Return moments by the coils, as `_Class`."""
-        return _image_moments(self.problem, self.unit, self.ways)
-
-
-def _image_moments(problem: Problem, unit: Array, ways: Sequence[Complex]) -> Complex:
-    """Return the moments in all images of a class's cells of currents (unknowns, m), (m, q, 3).
-
-    Those of the conjugate class follow, where it is complex.
-    """
-    loops, factors, total = problem.parts[2], problem.factors(), np.zeros(1, dtype=complex)
-    for back, currents in enumerate(ways):
-        each = [(m.conj() if back else m) @ (currents * unit[:, None]) for m in loops]
-        total = total + np.einsum("gsab,bcm->mgsca", factors.conj() if back else factors, each)
-    return total.reshape(ways[0].shape[1], -1, 3)
+        return image_moments(self.problem, self.ways)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,14 +172,13 @@ def prepare_near(
     fields on `box`.
     """
     others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
-    found: list[dict[tuple[int, int], Any]] = []
-    bases: dict[tuple[int, int], Basis] = {}
+    found: list[dict[_Key, Any]] = []
+    bases: dict[_Key, Basis] = {}
     metal, alike = (conductivity, depth), first_alike(divisions)
     _check_at_rest(sources, divisions)
     for division, first in zip(divisions, alike, strict=True):
         each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
-        alone = sources if sources and sources.omega else None
-        new = {key: _reduced(problem, own, B, highest, alone) for key, problem, own, B in each}
+        new = {key: _reduced(problem, own, B, highest, sources) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
     number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
@@ -201,7 +189,7 @@ def prepare_near(
 
 
 def _numbered(
-    classes: Mapping[tuple[int, int], Any], bases: Mapping[tuple[int, int], Basis], coils: int
+    classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: int
 ) -> tuple[Any, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
     *each, last = row_places([*(basis.size for basis in bases.values()), coils])
@@ -210,14 +198,11 @@ def _numbered(
 
 
 def _reduced(
-    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, alone: Sources | None
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, seen: Sources | None
 ) -> _Class | _RestingClass:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses.
-
-    `alone` are coils at rest that are asked for at one frequency.
-    """
-    if alone is not None:
-        return _at_rest(problem, matrices, B, alone, highest)
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; coils at rest."""
+    if seen is not None and seen.omega:
+        return _at_rest(problem, matrices, B, seen, highest)
     L, R, unit = matrices
     whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
     part = _Class(problem, unit, whole, np.zeros((0, whole.diagonal.size)), np.zeros(0, dtype=int))
@@ -229,19 +214,13 @@ def _at_rest(
 ) -> _RestingClass:
     """Return a class of a plate at rest, as `_reduced`, at the one frequency of its coils."""
     (L, R, unit), lowest, coils = matrices, min(seen.omega, highest), B[-len(seen.coils) :]
-    first = solved_currents(L, R, B, lowest)
-
-    def answer(omega: float) -> Complex:
-        """Return Y at a frequency at which the skin depth is resolved."""
-        X = first if omega == lowest else solved_currents(L, R, B, omega)
-        return seen_currents(X, B, omega, problem.weight).matrix
-
-    ways = [first[:, -len(coils) :]]
+    X = lru_cache(partial(solved_currents, L, R, B))
+    Y = reaction_at(lambda at: seen_currents(X(at), B, at, problem.weight).matrix, seen.omega, highest)
+    ways, scale = [X(lowest)[:, -len(coils) :]], -1j * lowest * unit[:, None]
     if np.iscomplexobj(R):
         ways.append(solved_currents(L.conj(), R.conj(), coils.conj(), lowest))
-        ways = [X * problem.weight / 2 for X in ways]
-    currents, none = [-1j * lowest * X for X in ways], np.zeros(0, dtype=int)
-    return _RestingClass(problem, unit, Solved(seen.omega, reaction_at(answer, seen.omega, highest)), currents, none)
+        scale *= problem.weight / 2
+    return _RestingClass(problem, Solved(seen.omega, Y), [scale * each for each in ways], np.zeros(0, dtype=int))
 
 
 def _reactions(
@@ -264,7 +243,7 @@ def _reactions(
             induced = [part.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
             result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
             if plate is shown and asked is not None:
-                moments = sum(part.cell_moments(a, omega) for part, a in zip(plate.classes, induced, strict=True))
+                moments = np.asarray(sum(map(_Class.cell_moments, plate.classes, induced, repeat(omega))))
                 field += _field(plate, own, moments, asked)
     return list(results), np.concatenate(field, axis=1) if field else None
 

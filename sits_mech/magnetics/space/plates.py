@@ -130,15 +130,23 @@ def divided_plate(
     near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
-    alone = lone_frequency(*asked, (sources, part.become), frequency[0]) if sources or not near else 0.0
-    divisions: tuple[Any, ...] = (
-        prepared_near(*asked, replace(sources, omega=alone) if sources else clear[1], part.become)
-        if near else prepared(*asked, part.become, alone)
-    )
+    divisions = _answering(*asked, part, None if near and not sources else frequency[0], clear[1])
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
     return Divided(divisions, thickness, lost, close, _notes(thickness, divisions[-1].sheets, lost))
+
+
+def _answering(
+    plate: Target, rung: PlateRung, scale: Any, part: PlateRequest, frequency: float | None, others: float
+) -> tuple[Any, ...]:
+    """Return a metal plate's divisions, for a frequency alone where that pays [Hz]; without one close to its coils."""
+    if frequency is None:
+        return prepared_near(plate, rung, scale, others, part.become)
+    alone = lone_frequency(plate, rung, scale, (part.sources, part.become), frequency)
+    if part.sources is None:
+        return prepared(plate, rung, scale, part.become, alone)
+    return prepared_near(plate, rung, scale, replace(part.sources, omega=alone), part.become)
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:
