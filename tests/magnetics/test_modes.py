@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.modes import Reduced, eddy_modes, reaction_at, reduced
+from sits_mech.magnetics.modes import Reduced, eddy_modes, reaction_at, reduced, solved
 from sits_mech.magnetics.sheets import sheets
+from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space import modes as preparing
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
@@ -19,11 +20,11 @@ def test_modes_solve_the_circuit_at_any_frequency(isolated):
     modes = eddy_modes(L, R, B, constraint=q if isolated else None)
     for omega in (0.0, 0.3, 40.0):
         Z = np.diag(R) + 1j * omega * L
-        solved = np.linalg.solve(Z, B.T)
+        found = np.linalg.solve(Z, B.T)
         if isolated:
             y = np.linalg.solve(Z, q)
-            solved = solved - np.outer(y, (q @ solved) / (q @ y))
-        np.testing.assert_allclose(modes.admittance(omega), omega**2 * B @ solved, atol=1e-10 * max(omega**2, 1))
+            found = found - np.outer(y, (q @ found) / (q @ y))
+        np.testing.assert_allclose(modes.admittance(omega), omega**2 * B @ found, atol=1e-10 * max(omega**2, 1))
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -37,9 +38,11 @@ def test_reduced_currents_answer_at_any_frequency(n, turned):
     B = rng.normal(size=(4, n)) + (1j * rng.normal(size=(4, n)) if turned else 0.0)
     found = reduced(L, R, B, weight=weight)
     for omega in (1e-3, 1.0, 1e4):
-        solved = B @ np.linalg.solve(R + 1j * omega * L, B.conj().T)
-        exact = omega**2 * ((solved + solved.T) / 2 * (weight if turned else 1.0))
+        whole = B @ np.linalg.solve(R + 1j * omega * L, B.conj().T)
+        exact = omega**2 * ((whole + whole.T) / 2 * (weight if turned else 1.0))
         np.testing.assert_allclose(found.admittance(omega), exact, rtol=0.0, atol=1e-10 * np.abs(exact).max())
+        alone = solved(L, R, B, omega=omega, weight=weight)
+        np.testing.assert_allclose(alone.admittance(omega), exact, rtol=0.0, atol=1e-10 * np.abs(exact).max())
         part = found.reaction(found.coupling[:1], omega, found.coupling[1:])
         np.testing.assert_allclose(part, exact[:1, 1:], rtol=0.0, atol=1e-10 * np.abs(exact).max())
 
@@ -49,10 +52,13 @@ def test_resistances_that_are_not_positive_are_refused():
         reduced(np.eye(3), np.diag([1.0, -1.0, 1.0]), np.eye(3))
 
 
-def test_many_frequencies_take_one_reduction(monkeypatch):
-    """A spectrum of a plate reduces each class of each division once; a pose at a known frequency solves no system."""
-    counts = {"reduced": 0, "answer": 0}
-    for owner, name in ((preparing, "reduced"), (Reduced, "answer")):
+def test_one_frequency_takes_factors_and_many_one_reduction(monkeypatch):
+    """The first frequency of a plate is solved alone, from the second on each class of each division is reduced once.
+
+    A pose at a known frequency solves no system, and the second way answers as the first one.
+    """
+    counts = {"solved": 0, "reduced": 0, "answer": 0}
+    for owner, name in ((preparing, "solved"), (preparing, "reduced"), (Reduced, "answer")):
         made = getattr(owner, name)
 
         def counted(*given, name=name, made=made, **more):
@@ -60,12 +66,20 @@ def test_many_frequencies_take_one_reduction(monkeypatch):
             return made(*given, **more)
 
         monkeypatch.setattr(owner, name, counted)
-    model = sheets(load_sensor("biorob2018", ['target.width="7.83 mm"']), 1e-1)
-    for frequency in (5e6, 4e6, 3e6):
-        model.impedance(Pose(0.0, 2e-3), frequency)
-    assert counts == {"reduced": 5 * 8 + 8, "answer": 3 * 5 * 8}
+    sensor, pose = load_sensor("biorob2018", ['target.width="7.83 mm"']), Pose(0.0, 2e-3)
+    model, classes = sheets(sensor, 1e-1), 5 * 8 + 8
+    first = model.impedance(pose, 5e6)
+    assert counts == {"solved": classes, "reduced": 0, "answer": 0}
+    for frequency in (4e6, 3e6):
+        model.impedance(pose, frequency)
+    assert counts == {"solved": classes, "reduced": classes, "answer": 2 * 5 * 8}
     model.impedance(Pose(np.array([0.0, 1e-4]), np.array([2e-3, 2.1e-3])), 5e6)
-    assert counts == {"reduced": 5 * 8 + 8, "answer": 3 * 5 * 8}
+    assert counts == {"solved": classes, "reduced": classes, "answer": 2 * 5 * 8}
+    divisions._asked.cache_clear()
+    model.impedance(pose, 4e6)
+    other = model.impedance(pose, 5e6)
+    np.testing.assert_allclose(other.L, first.L, rtol=1e-13)
+    np.testing.assert_allclose(other.R, first.R, rtol=1e-11)
 
 
 def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():

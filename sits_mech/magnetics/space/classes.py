@@ -136,25 +136,31 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
     """Return L and R of one class; real if its character is."""
     loops = problem.loops
     pairs, weights, moments = problem.parts
-    L: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)
+    back = [m.conj() for m in problem.transposed]
+    turned: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)  # L^T, but for rounding
     if problem.plan.tensor is not None:
         sums = [(sign, means[k]) for k, sign in image_classes(weights)]
     else:
         sums = [(1.0, G) for G in mixed(weights, means)]
     for (a, b), (sign, G) in zip(pairs, sums, strict=True):
-        L += moments[a].conj().T @ (sign * (moments[b].T @ G.T)).T
+        turned += problem.transposed[b] @ ((sign * back[a]) @ G).T
     images = weights.shape[1]
-    weighted = [m.conj().T.multiply(1.0 / loops.volume) @ m for m in moments]
+    weighted = [m.multiply(1.0 / loops.volume) @ own for m, own in zip(back, moments, strict=True)]
     uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
     R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
-    return (L + L.conj().T) * (images * mu_0 / (8 * np.pi)), R
+    L = turned.T + turned.conj()
+    L *= images * mu_0 / (8 * np.pi)
+    return L, R
 
 
 def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
     """Return L and R of one class on unknowns of like resistance, and the unit of each."""
     L, R = matrices(problem, means, conductivity)
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
-    return L * unit[:, None] * unit, R * unit[:, None] * unit, unit
+    for matrix in (L, R):
+        matrix *= unit[:, None]
+        matrix *= unit
+    return L, R, unit
 
 
 def driven(problem: Problem, driving: Array) -> Complex:
@@ -166,6 +172,18 @@ def driven(problem: Problem, driving: Array) -> Complex:
         for k, P in zip(some, mixed(weights[some], driving[..., a, :]) if some else (), strict=True):
             B += (problem.transposed[pairs[k][1]] @ P).T
     return np.asarray(B)
+
+
+def image_moments(problem: Problem, ways: Sequence[Complex]) -> Complex:
+    """Return the moments in all images of a class's cells of currents (unknowns, m), (m, q, 3).
+
+    Those of the conjugate class follow, where it is complex.
+    """
+    loops, factors, total = problem.parts[2], problem.factors(), np.zeros(1, dtype=complex)
+    for back, currents in enumerate(ways):
+        each = [(m.conj() if back else m) @ currents for m in loops]
+        total = total + np.einsum("gsab,bcm->mgsca", factors.conj() if back else factors, each)
+    return total.reshape(ways[0].shape[1], -1, 3)
 
 
 def image_classes(weights: Array) -> list[tuple[tuple[int, int], float]]:

@@ -11,7 +11,8 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
 
 the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled and reduced, and
 what drives them. A near plate keeps of all k classes of each division what its currents see, c k u^2; those made
-before, and all but the last class, are there beside a division's dense matrices, and 3 c u^2 while that is reduced.
+before, and all but the last class, are there beside a division's dense matrices, and 3 c u^2 while that is reduced. One
+at rest that is asked for at one frequency keeps less; it is counted alike, as another frequency may follow.
 What takes more memory or time than the limits is refused.
 """
 
@@ -91,18 +92,42 @@ class _Family:
         return max(int(plan.cells.shape[0]) * 2 * (z.size - 1) * len(plan.group) for plan, z in self.divisions)
 
 
+def lone_frequency(
+    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Sources | None, Target | None], frequency: float
+) -> float:
+    """Return the angular frequency to prepare a plate for alone: that of the first one that it is asked for; else 0.
+
+    `way` are coils that it sees at rest, and what it has become; frequency [Hz]. Where its cells do not resolve the
+    skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents, as many as modes, which pay
+    there but for a plate at rest, whose currents are to be known (3 n^3 more).
+    """
+    omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
+    asked[:] = asked or [omega]
+    pays = way[0] is not None or omega <= _family(target, rung, scale, Seen.POLYNOMIALS).resolved
+    return omega if pays and asked[0] == omega else 0.0
+
+
+@latest(64)
+def _asked(*_plate: object) -> list[float]:
+    """Return where the first angular frequency that a plate is asked for is kept, empty at first."""
+    return []
+
+
 @latest(12)
-def prepared(target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None) -> tuple[Sheeted, ...]:
+def prepared(
+    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None, omega: float = 0.0
+) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle cells are small, and grow slowly, and the length on which the coils' field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
-    so that differences are free of what other divisions change. TooLarge before the first large array.
+    so that differences are free of what other divisions change. It is for one frequency `omega` [rad/s], or for all.
+    TooLarge before the first large array.
     """
     family, metal = _fitting_family(target, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
-    asked = family.divisions, metal, family.box, family.resolved, family.depth
-    read = partial(division_from_arrays, family.box, family.resolved)
+    asked = family.divisions, metal, family.box, family.resolved, family.depth, omega
+    read = partial(division_from_arrays, family.box, family.resolved, omega)
 
     def make() -> tuple[Sheeted, ...]:
         _announce(family, scale)

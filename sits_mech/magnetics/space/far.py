@@ -28,7 +28,6 @@ from scipy.linalg import qr, solve_triangular
 from scipy.spatial.distance import cdist
 
 from sits_mech.magnetics.space.fields import Basis, Blocks, Box, chebyshev_points, row_places, to_coefficients
-from sits_mech.magnetics.space.rungs import ImpedanceLimit
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
@@ -76,18 +75,7 @@ def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
 
 
 class Moving(DividedPlate, Protocol):
-    """A division that answers coils in its poses, it and the plate's other ones, which see the same of these."""
-
-    def reactions(
-        self, divisions: Sequence[Any], seen: Posed, frequency: float, limit: ImpedanceLimit | None = None,
-        asked: FieldRequest | None = None,
-    ) -> tuple[list[Complex], Complex | None]:
-        """Return Delta Z of each division (p, n, n) [ohm], symmetric, or a limit's forms; what is asked of a field."""
-        ...
-
-    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
-        """Return B of its currents at points (p, k, 3, n) [T/A]."""
-        ...
+    """A division that answers coils in its poses, with the plate's other ones, which see the same of these."""
 
     def answered(self, divisions: Sequence[Any], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what each division does to the coils' impedance, and what it answers to others."""

@@ -47,6 +47,7 @@ def chebyshev_points(order: int) -> Array:
     return np.cos(np.pi * (np.arange(order) + 0.5) / order)
 
 
+@lru_cache(maxsize=64)
 def to_coefficients(order: int) -> Array:
     """Return the matrix from values at the Chebyshev points of an axis to the coefficients."""
     T = np.cos(np.outer(np.arange(order), np.pi * (np.arange(order) + 0.5) / order)) * 2 / order

@@ -26,14 +26,15 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import CellPlan
-from sits_mech.magnetics.modes import Reduced, reduced
+from sits_mech.magnetics.modes import Reduced, Solved, reduced, solved
 from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
@@ -54,33 +55,37 @@ _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 _Key = tuple[int, int]  # of a class, by order and mirror
+_ARRAYS = ("diagonal", "off_diagonal", "coupling"), ("matrix",)  # of a class at all frequencies, or at one
 
 
 def prepare_sheets(
     divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
-    depth: float = 0.0,
+    depth: float = 0.0, omega: float = 0.0,
 ) -> tuple[Sheeted, ...]:
     """Prepare a plate on several divisions, the finest first, whose combinations of fields serve for all.
 
     A division is the plan of the outline or of its fundamental part, and z (l + 1,) of the sheets' interfaces from the
     middle plane (0) up to the top face [m]. Cells resolve the skin depth up to the angular frequency `highest` [rad/s];
-    within `depth` of the rim current may pass between sheets [m].
+    within `depth` of the rim current may pass between sheets [m]. It is for one frequency `omega` [rad/s], or for all.
     """
+    answering: Callable[..., Reduced | Solved] = partial(reduced, highest=highest)
+    if omega:
+        answering = partial(solved, omega=omega)
     bases: dict[_Key, Basis] = {}
-    found: list[tuple[dict[_Key, Reduced], int, int]] = []
+    found: list[tuple[dict[_Key, Reduced | Solved], int, int]] = []
     for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
             once = found[first][:2]
         else:
-            classes, unknowns = {}, 0
+            unknowns, classes = 0, dict[_Key, Reduced | Solved]()
             for key, one, (L, R, _), B in matrices_of(plan, levels, (conductivity, depth), (box, None), bases):
                 if key in bases:
-                    classes[key] = reduced(L, R, B, weight=one.weight, highest=highest)
+                    classes[key] = answering(L, R, B, weight=one.weight)
                     unknowns += one.loops.unknowns * int(one.weight)
             once = classes, unknowns
         found.append((*once, 2 * (levels.size - 1)))
     check_free(bases)
-    none = {key: reduced(np.eye(1), np.eye(1), np.zeros((basis.size, 1))) for key, basis in bases.items()}
+    none = {key: answering(np.eye(1), np.eye(1), np.zeros((basis.size, 1))) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
@@ -101,21 +106,22 @@ def division_arrays(plates: Sequence[Sheeted]) -> dict[str, Any]:
         found |= {f"rows_{k}": basis.rows, f"fields_{k}": basis.fields}
     for d, plate in enumerate(plates):
         for k, part in enumerate(plate.classes):
-            found |= {f"{name}_{d}_{k}": getattr(part, name) for name in ("diagonal", "off_diagonal", "coupling")}
+            found |= {f"{name}_{d}_{k}": value for name, value in vars(part).items() if isinstance(value, np.ndarray)}
     return found
 
 
-def division_from_arrays(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
-    """Return the divisions of a plate from their arrays."""
+def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
+    """Return the divisions of a plate from their arrays; the rest as of `prepare_sheets`."""
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
-    return tuple(
-        Sheeted(box, bases, tuple(
-            Reduced(arrays[f"diagonal_{d}_{k}"], arrays[f"off_diagonal_{d}_{k}"], arrays[f"coupling_{d}_{k}"], highest)
-            for k in range(count)
-        ), *own)
-        for d, own in enumerate(arrays["sizes"].tolist())
-    )
+
+    def part(*place: int) -> Reduced | Solved:
+        """Return a class of a division."""
+        own = {name: arrays["_".join(map(str, (name, *place)))] for name in _ARRAYS[bool(omega)]}
+        return Solved(omega, **own) if omega else Reduced(**own, highest=highest)
+
+    each = enumerate(arrays["sizes"].tolist())
+    return tuple(Sheeted(box, bases, tuple(part(d, k) for k in range(count)), *own) for d, own in each)
 
 
 def matrices_of(

@@ -6,7 +6,8 @@ pose, drives the currents of every symmetry class (`classes`), which are reduced
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
-A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`). Other plates are further away
+A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and of one frequency currents
+are kept as they are. Other plates are further away
 than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
@@ -15,14 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
+from itertools import repeat
+from typing import Any
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, reduced
-from sits_mech.magnetics.space.classes import Problem, driven, first_alike, stacked
+from sits_mech.magnetics.modes import Reduced, Solved, reaction_at, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
@@ -32,6 +35,7 @@ from sits_mech.memory import latest
 from sits_mech.quantities import Array, Complex, Integers
 
 _CLOSE = 0.45  # distance over the largest cell's size from which on the middles show
+_Key = tuple[int, int]  # of a class, by order and mirror
 _KEEP = 1e-4  # weaker combinations of other plates' fields are left out, a tenth of what `neighbours` leaves out
 
 
@@ -56,19 +60,41 @@ class _Class:
         found, other = fluxes.real @ W, fluxes.imag @ W if self.turned else None
         return found if other is None else found + np.hstack([-other[:, m:], other[:, :m]])
 
+    def admittance(self, omega: float) -> Complex:
+        """Return Y of what it sees besides coils in poses; omega [rad/s]."""
+        return self.reduced.reaction(self.seen, omega)
+
+    def resting_moments(self, coils: int, omega: float) -> Complex:
+        """Return `cell_moments` by the coils at rest, the last of what it sees."""
+        return self.cell_moments(self.seen[-coils:], omega)
+
     def cell_moments(self, induced: Array, omega: float) -> Complex:
-        """Return the moments in all images of its cells of what is induced (m, reduced), over -j omega, (m, q, 3)."""
+        """Return the moments in all images of its cells of what is induced (m, reduced), (m, q, 3)."""
+        omega = min(omega, self.reduced.highest)
         answer, W, m = self.reduced.answer(induced, omega), self.reduced.coupling, len(self.unit)
-        loops, factors = self.problem.parts[2], self.problem.factors()
-        ways = [(answer, W, False)]
+        ways = [W @ answer.T]
         if self.turned:
             (p, q), V = (answer[:, :m] / 2, answer[:, m:] / 2), W[:, :m] + 1j * W[:, m:]
-            ways = [(p - 1j * q, V, False), (p + 1j * q, V.conj(), True)]
-        total = 0.0
-        for x, V, back in ways:
-            each = [(m.conj() if back else m) @ (V @ x.T * self.unit[:, None]) for m in loops]
-            total = total + np.einsum("gsab,bcm->mgsca", factors.conj() if back else factors, each)
-        return np.asarray(total).reshape(len(induced), -1, 3)
+            ways = [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
+        return -1j * omega * image_moments(self.problem, [self.unit[:, None] * each for each in ways])
+
+
+@dataclass(frozen=True)
+class _RestingClass:
+    """A symmetry class of a plate at rest, at one frequency."""
+
+    problem: Problem
+    answer: Solved  # to all that it sees
+    ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
+    columns: Integers  # which of all combinations and coils it sees
+
+    def admittance(self, omega: float) -> Complex:
+        """Return Y, as `_Class`."""
+        return self.answer.admittance(omega)
+
+    def resting_moments(self, coils: int, omega: float) -> Complex:
+        """Return moments by the coils, as `_Class`."""
+        return image_moments(self.problem, self.ways)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +102,7 @@ class Near:
     """A plate's division, for any coil and pose."""
 
     cells: PlateCells
-    classes: tuple[_Class, ...]
+    classes: tuple[Any, ...]  # `_Class`, or at rest and at one frequency `_RestingClass`
     box: Box  # of other plates' fields
     bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
     sources: int = 0  # coils that it sees at rest, after these
@@ -101,7 +127,7 @@ class Near:
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
-        parts = tuple((part.columns, part.reduced.reaction(part.seen, omega)) for part in self.classes)
+        parts = tuple((part.columns, part.admittance(omega)) for part in self.classes)
         return Blocks(self.seen, parts)
 
     def reactions(
@@ -146,13 +172,13 @@ def prepare_near(
     fields on `box`.
     """
     others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
-    found: list[dict[tuple[int, int], _Class]] = []
-    bases: dict[tuple[int, int], Basis] = {}
+    found: list[dict[_Key, Any]] = []
+    bases: dict[_Key, Basis] = {}
     metal, alike = (conductivity, depth), first_alike(divisions)
     _check_at_rest(sources, divisions)
     for division, first in zip(divisions, alike, strict=True):
         each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
-        new = {key: _reduced(problem, own, B, highest) for key, problem, own, B in each}
+        new = {key: _reduced(problem, own, B, highest, sources) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
     number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
@@ -163,20 +189,38 @@ def prepare_near(
 
 
 def _numbered(
-    classes: Mapping[tuple[int, int], _Class], bases: Mapping[tuple[int, int], Basis], coils: int
-) -> tuple[_Class, ...]:
+    classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: int
+) -> tuple[Any, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
     *each, last = row_places([*(basis.size for basis in bases.values()), coils])
     columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
     return tuple(replace(one, columns=columns.get(key, last.start + np.arange(coils))) for key, one in classes.items())
 
 
-def _reduced(problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float) -> _Class:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses."""
+def _reduced(
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, seen: Sources | None
+) -> _Class | _RestingClass:
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; coils at rest."""
+    if seen is not None and seen.omega:
+        return _at_rest(problem, matrices, B, seen, highest)
     L, R, unit = matrices
     whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
     part = _Class(problem, unit, whole, np.zeros((0, whole.diagonal.size)), np.zeros(0, dtype=int))
     return replace(part, seen=part.induced(B))
+
+
+def _at_rest(
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, seen: Sources, highest: float
+) -> _RestingClass:
+    """Return a class of a plate at rest, as `_reduced`, at the one frequency of its coils."""
+    (L, R, unit), lowest, coils = matrices, min(seen.omega, highest), B[-len(seen.coils) :]
+    X = lru_cache(partial(solved_currents, L, R, B))
+    Y = reaction_at(lambda at: seen_currents(X(at), B, at, problem.weight).matrix, seen.omega, highest)
+    ways, scale = [X(lowest)[:, -len(coils) :]], -1j * lowest * unit[:, None]
+    if np.iscomplexobj(R):
+        ways.append(solved_currents(L.conj(), R.conj(), coils.conj(), lowest))
+        scale *= problem.weight / 2
+    return _RestingClass(problem, Solved(seen.omega, Y), [scale * each for each in ways], np.zeros(0, dtype=int))
 
 
 def _reactions(
@@ -199,7 +243,8 @@ def _reactions(
             induced = [part.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
             result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
             if plate is shown and asked is not None:
-                field += _field(plate, own, _moments(plate, omega, induced), asked)
+                moments = np.asarray(sum(map(_Class.cell_moments, plate.classes, induced, repeat(omega))))
+                field += _field(plate, own, moments, asked)
     return list(results), np.concatenate(field, axis=1) if field else None
 
 
@@ -240,16 +285,9 @@ def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> l
 @latest(2, owned=True)
 def _resting(plate: Near, omega: float, points: bytes) -> Complex:
     """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes."""
-    moments = _moments(plate, omega, [part.seen[-plate.sources :] for part in plate.classes])
+    moments = sum(part.resting_moments(plate.sources, omega) for part in plate.classes)
     found = biot_savart(plate.cells.middles[None], moments[None], np.frombuffer(points).reshape(-1, 3))
     return np.asarray(found[0])
-
-
-def _moments(plate: Near, omega: float, induced: Sequence[Array]) -> Complex:
-    """Return the moments in all images of the cells of what is induced class by class, (m, images times cells, 3)."""
-    each = zip(plate.classes, induced, strict=True)
-    omega = min(omega, plate.classes[0].reduced.highest)
-    return np.asarray(-1j * omega * sum(part.cell_moments(own, omega) for part, own in each))
 
 
 def _shown(divisions: Sequence[Near]) -> Near:

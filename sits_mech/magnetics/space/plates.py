@@ -14,7 +14,7 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.space.divisions import field_length, is_near, prepared, prepared_near, unseen
+from sits_mech.magnetics.space.divisions import field_length, is_near, lone_frequency, prepared, prepared_near, unseen
 from sits_mech.magnetics.space.permeable import prepared_permeable
 from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
 from sits_mech.magnetics.space.sources import Sources, farthest_winding
@@ -129,12 +129,24 @@ def divided_plate(
         return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, False, (note,))
     near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
-    asked: Any = plate, replace(rung, few=False, step=0.0), scale  # neither divides
-    divisions = prepared_near(*asked, sources or clear[1], part.become) if near else prepared(*asked, part.become)
+    asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
+    divisions = _answering(*asked, part, None if near and not sources else frequency[0], clear[1])
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
     return Divided(divisions, thickness, lost, close, _notes(thickness, divisions[-1].sheets, lost))
+
+
+def _answering(
+    plate: Target, rung: PlateRung, scale: Any, part: PlateRequest, frequency: float | None, others: float
+) -> tuple[Any, ...]:
+    """Return a metal plate's divisions, for a frequency alone where that pays [Hz]; without one close to its coils."""
+    if frequency is None:
+        return prepared_near(plate, rung, scale, others, part.become)
+    alone = lone_frequency(plate, rung, scale, (part.sources, part.become), frequency)
+    if part.sources is None:
+        return prepared(plate, rung, scale, part.become, alone)
+    return prepared_near(plate, rung, scale, replace(part.sources, omega=alone), part.become)
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:

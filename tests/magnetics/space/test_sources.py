@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from common.ring_discs import joint_reaction
 
-from sits_mech.geometry.sheet_plan import Grading, rectangle_plan
+from sits_mech.geometry.sheet_plan import Grading, disc_plan, rectangle_plan
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts, ring_profile
 from sits_mech.magnetics.coils.straight import track_potential
@@ -98,6 +98,23 @@ def test_a_plate_at_rest_answers_as_one_that_could_move():
     Y = plate.admittance(2e6 * np.pi)
     found = (Y @ np.eye(Y.size))[-2:, -2:]
     np.testing.assert_allclose(found, exact[0], rtol=0, atol=3e-3 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("omega", [2e6 * np.pi, 2e7 * np.pi])
+@pytest.mark.parametrize("plan", [PLAN, disc_plan(8 * MM, Grading(0.4 * MM, 2.0, 1.5 * MM), orders=4)])
+def test_a_plate_at_rest_answers_one_frequency_as_all(plan, omega):
+    """By factors as by modes, below and above the highest frequency that cells resolve; its field too."""
+    box, place = Box(np.array([4.004, 4.004, 0.08]) * MM, (6, 6, 2), (1.5, 1.6, 20.0), 2 * MM), np.array([[1, 0.5, 2]])
+    far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
+    posed = Posed(COILS, "rings", np.eye(3)[None], place * MM)
+    both, alone = (
+        prepare_near([(plan, LEVELS)], COPPER, box, 1e7 * np.pi, nearby=replace(far, omega=at))[0]
+        for at in (0.0, omega)
+    )
+    whole, own = ((Y @ np.eye(Y.size)) for Y in (plate.admittance(omega) for plate in (both, alone)))
+    np.testing.assert_allclose(own, whole, rtol=0, atol=1e-10 * np.abs(whole).max())
+    whole, own = (plate.field(posed, omega / (2 * np.pi), np.zeros((1, 3))) for plate in (both, alone))
+    np.testing.assert_allclose(own, whole, rtol=0, atol=1e-10 * np.abs(whole).max())
 
 
 @pytest.mark.slow
