@@ -27,7 +27,7 @@ from sits_mech.mechanics.element.kernel import gradients, volumes
 from sits_mech.mechanics.equilibrium.body import Bonded, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import Factor, bending_equations, factored_shapes
 from sits_mech.mechanics.spread import Spread
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.touch import Touch
 
 
@@ -52,7 +52,10 @@ class Level:
 
     @cached_property
     def surface(self) -> tuple[Array, Array, Integers]:
-        """Lines through nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3)."""
+        """Lines through nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3).
+
+        Zeros over slots, where no touch is.
+        """
         nodes = self.body.mesh.nodes
         on = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9)
         (x, i), (y, j) = (np.unique(np.round(nodes[on, k], 9), return_inverse=True) for k in (0, 1))
@@ -117,5 +120,15 @@ def followed(level: Level, u: Array, touch: Touch, spread: Spread, scale: tuple[
     f = touch_forces(level, (points, share), *scale)
     if touch.friction == "none":
         for k, lines in enumerate(axes):
-            f[numbers[..., k]] = -f[numbers[..., 2]] * np.gradient(there[..., 2], lines, axis=k)
+            f[numbers[..., k]] = -f[numbers[..., 2]] * _slopes(there[..., 2], lines, k, numbers[..., 2] == 0)
     return f
+
+
+def _slopes(w: Array, lines: Array, axis: int, missing: Mask) -> Array:
+    """Return dw/dx along an axis at nodes of the face, one-sided at slots and zero within, where w is `missing`."""
+    w = np.where(missing, np.nan, w)
+    found, each = np.gradient(w, lines, axis=axis), np.diff(w, axis=axis) / np.expand_dims(np.diff(lines), 1 - axis)
+    before, after = ((each.take([0], axis), each), (each, each.take([-1], axis)))
+    for own in (np.concatenate(before, axis), np.concatenate(after, axis), np.zeros_like(w)):
+        found = np.where(np.isnan(found), own, found)
+    return np.asarray(found)

@@ -79,13 +79,13 @@ def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says():
     A's coil is on the side of B. What comes through fields, 0.4 and 1.2 % of what is read, brings the whole nearer.
     """
     pair = on_x(4.8e-3, f'coils=[{COIL.format("C", "2 mm", "0 mm")}]', 'elastomer.width="30 mm"')
-    S, off = (each[0, 0] for each in signal_slopes(pair, signal_weights(pair.sensor)[:1], 1e-2))
+    S, off = (each[0, 0] for each in signal_slopes(pair, signal_weights(pair.sensor)[None, [0]].repeat(2, 0), 1e-2))
 
     def half_change(A, B):
         read = []
         for way in (1.0, -1.0):
             d_h, d_v, alpha, *_ = REST.components + way * B
-            x, z = np.array([np.sin(alpha), np.cos(alpha)]) * pair.parts[0].thickness / 2.0
+            x, z = np.array([np.sin(alpha), np.cos(alpha)]) * pair.plates[0].thickness / 2.0
             plate = Conductor(name="B", centre=(9.6e-3 + d_h + x, 0.0, d_v + z), alpha=alpha, **shape_of(pair))
             scene = pair.sensor.model_copy(update={"elastomer": None, "conductors": (plate,)})
             pose = Pose(*(REST.components + way * A))
@@ -106,11 +106,11 @@ def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says():
 def test_third_targets_change_slopes_by_no_more_than_their_share():
     """In a row at 1.2 widths the first one moves: seen by the next, and by the one beyond, among all and in pairs."""
     row = cells([(-9.6e-3, 0.0), (0.0, 0.0), (9.6e-3, 0.0)], ONE, 'elastomer.width="40 mm"')
-    S, off = (each[:, 0, 0, 1] for each in signal_slopes(row, signal_weights(row.sensor)[:1], 1e-2))
+    S, off = (each[:, 0, 0, 1] for each in signal_slopes(row, signal_weights(row.sensor)[None, [0]].repeat(3, 0), 1e-2))
     plates = tuple(Conductor(name=f"P{k}", centre=(k * 9.6e-3, 0.0, 2.1e-3), **shape_of(row)) for k in (1, 2))
     among = np.zeros(3)
     for seen in (1, 2):
-        coils = row.coils_at(np.array([seen * 9.6e-3, 0.0]))
+        coils = row.coils_at(0, np.array([seen * 9.6e-3, 0.0]))
         scene = row.sensor.model_copy(update={"elastomer": None, "conductors": plates, "coils": coils})
         model = replace(sheets(scene, 1e-2), single=True)
         down, up = (model.impedance(Pose(0.0, 2e-3 + dz), scene.frequency).L[0, 0] for dz in (-2e-5, 2e-5))
@@ -122,7 +122,7 @@ def test_third_targets_change_slopes_by_no_more_than_their_share():
 @pytest.mark.slow
 def test_slopes_go_on_where_another_preparation_serves_a_gap():
     """At 2 mm, as wide as coils are deep: change of preparation has no part in differences, which was a slope twice."""
-    wide, one = ONE.replace("turns=5", "turns=12"), np.ones((1, 1))
+    wide, one = ONE.replace("turns=5", "turns=12"), np.ones((2, 1, 1))
     each = [signal_slopes(on_x(half, wide, 'elastomer.width="30 mm"'), one, 0.1)[0] for half in (5e-3, 5.02e-3)]
     before, after = (S[0, 0, 1, :3] for S in each)
     assert np.all(np.abs(after / before - 1.0) < 0.05)

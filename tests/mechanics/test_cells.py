@@ -36,7 +36,7 @@ def limit(found):
 @pytest.mark.parametrize("fineness", [(1, 0), (2, 1)])
 def test_one_target_is_as_it_is_alone(fineness):
     sensor = load_sensor("biorob2018", ['elastomer.width="14 mm"', 'target.load_height="1 mm"'])
-    cells = Cells.model_construct(sensor=sensor, targets=(Cell(name="A", centre=(0.0, 0.0)),))
+    cells = Cells.model_construct(sensors=(sensor,), targets=(Cell(name="A", centre=(0.0, 0.0)),), slots=())
     split, layers = fineness
     C, _ = small_strain_compliance(bonded_block(sensor, split, whole=True, layers=layers).body)
     work = np.stack([work_of_load(unit, 0.5, np.zeros(6)) for unit in np.eye(6)], axis=1)
@@ -131,8 +131,8 @@ def test_a_pressure_on_one_target_is_its_wrench():
 def test_a_press_beside_the_middle_is_as_at_finite_strain(force, left):
     """Of one target, guided 2 mm off its middle: second step against `block`; small strain is off by 5 and 17 %."""
     sensor = load_sensor("biorob2018", ['touch={shape="punch", width="1 mm", length="1 mm", x="2 mm"}'])
-    given = {"sensor": sensor.model_copy(update={"touch": None}), "targets": (Cell(name="A", centre=(0.0, 0.0)),)}
-    found = cells_pad(Cells.model_construct(**given, touch=sensor.touch), force=force)
+    given = {"sensors": (sensor.model_copy(update={"touch": None}),), "targets": (Cell(name="A", centre=(0.0, 0.0)),)}
+    found = cells_pad(Cells.model_construct(**given, slots=(), touch=sensor.touch), force=force)
     lever = np.array([1.0, 1.0, 4e-3, 1.0, 4e-3, 4e-3])
     small = (found.levels.limit(found.moved).value * lever)[0]
     block = mechanical_model(sensor, tolerance=0.01)[0].equilibrium(Wrench(F_z=force)).pose.components * lever

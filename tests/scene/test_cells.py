@@ -27,7 +27,7 @@ def test_a_cell_is_the_scene_without_its_places():
     found = cells('targets.B.centre.0="5.5 mm"')
     assert found.sensor == load_sensor("biorob2018", [COIL]) and found.names == ["A", "B"]
     assert np.array_equal(found.centres, [[-5e-3, 0.0], [5.5e-3, 0.0]])
-    (coil,) = found.coils_at(found.centres[1], "B.")
+    (coil,) = found.coils_at(1, found.centres[1], "B.")
     assert coil.name == "B.C" and coil.centre == (6.5e-3, 0.0)
 
 
