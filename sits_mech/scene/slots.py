@@ -62,6 +62,10 @@ class Slot(BaseModel):
         middle = (self.x or 0.0) + (self.y or 0.0)
         return middle + 0.5 * self.width * np.array([-1.0, 1.0])
 
+    def bottom(self, pad: Elastomer) -> float:
+        """Return the height of its bottom, 0 where it goes through the pad [thicknesses]."""
+        return 0.0 if self.depth is None else max(1.0 - self.depth / pad.thickness, 0.0)
+
     @property
     def words(self) -> str:
         """Where it is, for a message: ``a slot from x = -0.5 mm to 0.5 mm``."""

@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
-WIDE, DEEP, T, BULK = 30.0, 20.0, 2.0, 1000.0  # mm; bulk modulus over shear modulus
+WIDE, DEEP, T, SIDE, BULK = 30.0, 20.0, 2.0, 8.0, 1000.0  # mm; bulk modulus over shear modulus
 EDGES = (0.5, 0.25, 0.125)  # mm
 Plates = tuple[tuple[float, float, float], ...]
-PAIR: Plates = ((-4.8, 8.0, 8.0), (4.8, 8.0, 8.0))  # mm: middle, width and length of A and B
-UNLIKE: Plates = ((-4.8, 8.0, 8.0), (3.8, 6.0, 4.0))
+PAIR: Plates = ((-4.8, SIDE, SIDE), (4.8, SIDE, SIDE))  # mm: middle, width and length of A and B
+UNLIKE: Plates = ((-4.8, SIDE, SIDE), (3.8, 6.0, 4.0))
 CASES: dict[str, tuple[Plates, float, bool]] = {  # plates, depth of the slot [mm], whether it is a wall
     "alike": (PAIR, 0.0, False), "unlike": (UNLIKE, 0.0, False), "slot": (PAIR, T, False),
     "half a slot": (PAIR, T / 2, False), "wall": (PAIR, T, True),
