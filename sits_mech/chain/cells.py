@@ -9,12 +9,7 @@ and X_ij f_j are the forces that cell i reads by its own calibration: one force 
 F_y of dL_y; G_ii is square. Of X_ij the part G_ii^-1 S_ii C_ij comes through the silicone, which moves the cell's own
 target, and is called mechanical; the rest comes through fields, from targets that move beside the coils: magnetic.
 
-S_ii is that of a cell alone. S_ik is solved with both targets, the other one k moving: eddy currents in the cell's own
-target, which shields its coils, cut it to a quarter at 1.2 widths of pitch. It takes the coarsest division of plates
-(`sheets`); how far that is off all divisions show for a nearest pair, one of each two kinds of cells that are as near
-as any, relative to the largest slope; the most counts for all. A third target is left out: it changes S_ik of next
-neighbours by up to 2 % of the largest slope at 1.2 widths and at 1.06, which counts as 5 %, and more distant ones, a
-hundred times smaller, by up to three quarters: those count whole in the error.
+S_ik is that of chain/cell_fields.py.
 
 Cells may have other coils than each other, and read other forces by them: r are the forces that any of them reads, and
 what a cell does not read is none (NaN); in G_ii stand its own.
@@ -36,20 +31,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.propagation import diagonals, levers, signal_weights, unloaded_pose
-from sits_mech.magnetics.pose_slopes import pose_slopes
-from sits_mech.magnetics.sheets import sheets
+from sits_mech.chain.cell_fields import alone_at, cell_levers, signal_slopes
+from sits_mech.chain.propagation import signal_weights, unloaded_pose
 from sits_mech.mechanics.cells import cells_pad
-from sits_mech.quantities import POSE, WRENCH, Array, Mask, Pose
+from sits_mech.quantities import WRENCH, Array, Mask
 from sits_mech.scene.cells import Cells
-from sits_mech.scene.parts import Conductor, Plate
-from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of
 from sits_mech.threads import one_thread
@@ -57,8 +48,6 @@ from sits_mech.units import SceneError
 
 FORCES = ("F_z", "F_x", "F_y")
 """Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
-_THIRD, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
-_NEXT = 1.01  # times the smallest gap of two targets
 _ROUNDING = 1e-9  # of weights of signals
 _MOST, _LEFT = 0.5, 1.5  # share of finite strain that is bounded; of its square, what is left
 
@@ -249,7 +238,7 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     began = time.process_time()
     cells = cells.model_copy(update={"sensors": tuple(map(at_temperature, cells.sensors))})
     reads, weights = forces_read(cells)
-    r, lever, rest = len(reads), _levers(cells), unloaded_pose(cells.sensor).components
+    r, lever, rest = len(reads), cell_levers(cells), unloaded_pose(cells.sensor).components
     coils = np.array([np.diag(np.isin(cells.coil_names, own.coil_names)) for own in cells.sensors], dtype=float)
     S, off = signal_slopes(cells, np.concatenate([weights, coils], axis=1), tolerance)
     pad = cells_pad(cells, 0.5 * tolerance, given, S)  # with all else it holds
@@ -264,7 +253,7 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     q, left = moved.value + (pad.second if np.isfinite(strain) else 0.0), _LEFT * strain * np.abs(pad.second)
     missed = np.einsum("irkp,kp->ir", off, np.abs(q)) + np.einsum("irkp,kp->ir", np.abs(S), pad.spread)
     L_error = (signals.error + missed + np.einsum("irkp,kp->ir", np.abs(S), left))[:, r:]
-    neighbours, (still, there, unsure) = S[:, r:].copy(), _alone(cells, rest + q, tolerance)
+    neighbours, (still, there, unsure) = S[:, r:].copy(), alone_at(cells, rest + q, tolerance)
     neighbours[np.arange(len(S)), :, np.arange(len(S))] = 0.0
     change = there - still + np.einsum("ickp,kp->ic", neighbours, q)
     read_error = read.error + np.einsum("irs,is->ir", np.abs(inverse), missed[:, :r])
@@ -276,24 +265,6 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
         cells, given, q, moved.error + pad.spread + left, still + change, L_error, still, reads, value, error, strain,
         time.process_time() - began, flags,
     )
-
-
-def _alone(cells: Cells, poses: Array, tolerance: float) -> tuple[Array, Array, Array]:
-    """Return inductances of each cell's coils alone, at rest and at poses (n, 6), (n, c) [H]; and relative errors (n,).
-
-    NaN where a cell has no such coil.
-    """
-    still, kinds = np.full((len(poses), len(cells.coil_names)), np.nan), np.array(cells.kinds)
-    there, unsure = still.copy(), np.zeros(len(poses))
-    for k in sorted(set(cells.kinds)):
-        sensor, own = cells.sensors[k], kinds == k
-        model, at = sheets(sensor, tolerance), np.ix_(own, np.isin(cells.coil_names, sensor.coil_names))
-        rest, moved = (
-            model.impedance(Pose.of(each), sensor.frequency)
-            for each in (unloaded_pose(sensor).components[None], poses[own])
-        )
-        still[at], there[at], unsure[own] = diagonals(rest.L), diagonals(moved.L), rest.report.estimated_error
-    return still, there, unsure
 
 
 def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
@@ -340,52 +311,3 @@ def _own(of_pairs: Array) -> Array:
 def _places(forces: Sequence[str]) -> list[int]:
     """Return where forces stand in a wrench."""
     return [WRENCH.index(name) for name in forces]
-
-
-def _levers(cells: Cells) -> Array:
-    """Return what turns components of each target's pose into displacements, (n, 6) [m]."""
-    return np.array([levers(sensor) for sensor in cells.sensors])
-
-
-def signal_slopes(cells: Cells, weights: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return S of the module docstring and its error, (n, r, n, 6) [H/m, H/rad], by weights (n, r, c) of cells' coils.
-    """
-    kinds, n, lever = np.array(cells.kinds), len(cells.targets), _levers(cells)
-    pose, alone = unloaded_pose(cells.sensor), {k: sheets(cells.sensors[k], tolerance) for k in set(cells.kinds)}
-
-    @cache
-    def slopes(pair: tuple[int, int], x: float, y: float, single: bool = True) -> Array:
-        """Return the slopes of a cell's signals, at (x, y) from the target that moves, (r, 6), by the kinds of both."""
-        i, _ = pair
-        scene = _pair(cells, pair, pose, (x, y)) if (x, y) != (0.0, 0.0) else cells.sensors[i]
-        model = replace(alone[i], sensor=scene, single=single and scene is not cells.sensors[i])
-        places = Pose.of(pose.components[None])
-        _, by_pose, _ = pose_slopes(scene, model, places, scene.frequency, POSE)
-        own = weights[i][:, np.isin(cells.coil_names, cells.sensors[i].coil_names)]
-        return np.asarray(own @ np.diagonal(by_pose[0], axis1=0, axis2=1).T)
-
-    away, gaps = (np.round(cells.centres[:, None] - cells.centres, 12) + 0.0).tolist(), cells.gaps
-    pairs = [[(int(i), int(k)) for k in kinds] for i in kinds]
-    S = np.array([[slopes(pairs[i][k], *away[i][k]) for k in range(n)] for i in range(n)])
-    missed, judged = 0.0, set[tuple[int, int]]()
-    for i, k in sorted(zip(*np.nonzero(gaps < _NEXT * gaps.min()), strict=True), key=lambda own: float(gaps[own])):
-        if pairs[i][k] not in judged:
-            judged.add(pairs[i][k])
-            exact, coarse = (slopes(pairs[i][k], *away[i][k], single) / lever[k] for single in (False, True))
-            missed = max(missed, float(np.abs(exact - coarse).max() / np.abs(exact).max()))
-    third = np.where(gaps < _NEXT * gaps.min(), _THIRD, _BEYOND) if n > 2 else np.zeros((n, n))
-    off = (missed + third)[..., None, None] * lever[:, None] * np.abs(S / lever[:, None]).max(axis=3, keepdims=True)
-    unsure = {k: each.impedance(pose, each.sensor.frequency).report.estimated_error for k, each in alone.items()}
-    for i, k in enumerate(cells.kinds):
-        off[i, i] = unsure[k] * np.abs(S[i, i])
-    return S.swapaxes(1, 2), off.swapaxes(1, 2)
-
-
-def _pair(cells: Cells, pair: tuple[int, int], pose: Pose, place: tuple[float, float]) -> Sensor:
-    """Return a cell's coils and its target, fixed at a place from the target that moves, at rest."""
-    i, k = pair
-    target = cells.plates[i]
-    own = {key: getattr(target, key) for key in Plate.model_fields}
-    plate = Conductor(name="own target", centre=(*place, float(pose.d_v) + target.thickness / 2.0), **own)
-    parts = {"coils": cells.coils_at(i, np.array(place)), "elastomer": None, "conductors": (plate,)}
-    return cells.sensors[k].model_copy(update=parts)

@@ -63,8 +63,7 @@ def _sphere(cells: Cells, touch: Touch, F: float) -> list[Spread]:
     if touch.length is not None or a > R:
         raise SceneError(f"touch must be a pressure, a punch or a sphere that does not sink in whole on silicone; got "
                          f"a {touch.words}, {F:g} N")
-    over = cells.heights_over(touch) - [plate.thickness for plate in cells.plates]
-    low = int(over.argmin())
+    low = int((over := cells.heights_over(touch) - cells.thicknesses).argmin())
     if cover is None and over[low] <= a**2 / R:
         raise SceneError(f"touch must lie on one target or on the silicone beside all, which a {touch.words} sinks "
                          f"{mm(a**2 / R, 3)} into under {F:g} N; it meets targets.{cells.names[low]}")

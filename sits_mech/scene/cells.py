@@ -155,6 +155,11 @@ class Cells(Places):
         return np.stack([self.centres - half, self.centres + half], axis=1)
 
     @property
+    def thicknesses(self) -> Array:
+        """Of the targets, (n,) [m]."""
+        return np.array([plate.thickness for plate in self.plates])
+
+    @property
     def gaps(self) -> Array:
         """The distances of targets from each other, (n, n) [m]; infinite of each from itself."""
         low, high = np.moveaxis(self.ends, 1, 0)
@@ -240,7 +245,7 @@ class Cells(Places):
         for number, slot in enumerate(self.slots):
             if slot.meets(border.min(axis=0), border.max(axis=0)):
                 raise SceneError(f"touch must lie beside slots.{number}, {slot.words}; {got}")
-        over = self.heights_over(touch) - [plate.thickness for plate in self.plates]
+        over = self.heights_over(touch) - self.thicknesses
         at = int(over.argmin())
         if self.sensor.cover is None and touch.shape != "pressure" and self.pressed_target is None and over[at] <= 0.0:
             raise SceneError(f"touch must lie on one target or on the silicone beside all, of bare targets "
@@ -314,15 +319,19 @@ def _alone(shared: Mapping[str, Any], own: Cell, where: str) -> dict[str, Any]:
     if own.sizes and isinstance(shared.get("target"), Mapping):
         found["target"] = {**shared["target"], **own.sizes}
     if own.coils is not None and isinstance(coils, list | tuple):
-        found["coils"] = [coil for coil in coils if _name_of(coil) in own.coils]
-        names, key = [_name_of(coil) for coil in coils], f"{where}: targets.{own.name}.coils"
-        for name in own.coils:
-            if name not in names:
-                raise SceneError(f"{key} {unknown(name, map(str, names))}")
-        if len(set(own.coils)) < max(len(own.coils), 1):
-            got = ", ".join(own.coils) or "none"
-            raise SceneError(f"{key} must name one coil of the scene or more, each once; got {got}")
+        names, key = list(map(_name_of, coils)), f"{where}: targets.{own.name}.coils"
+        found["coils"] = [coils[names.index(name)] for name in own.coils if name in names]
+        _check_names(key, own.coils, list(map(str, names)))
     return found
+
+
+def _check_names(key: str, own: Sequence[str], names: Sequence[str]) -> None:
+    """Refuse names of a cell's coils that are none of the scene's, none at all, or one twice."""
+    for name in own:
+        if name not in names:
+            raise SceneError(f"{key} {unknown(name, names)}")
+    if len(set(own)) < max(len(own), 1):
+        raise SceneError(f"{key} must name one coil of the scene or more, each once; got {', '.join(own) or 'none'}")
 
 
 def _check_coils(shared: Mapping[str, Any], cells: Sequence[Cell], where: str) -> None:

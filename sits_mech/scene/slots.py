@@ -80,23 +80,27 @@ class Slot(BaseModel):
 
 def check_slots(slots: Sequence[Slot], pad: Elastomer, targets: Mapping[str, Array]) -> None:
     """Refuse slots through a target, which is between ends (2, 2) [m], beside the pad, below it or into each other."""
-    clear, sides = CLEAR * pad.thickness, " x ".join(map(mm, pad.extent))
+    clear = CLEAR * pad.thickness
     for number, slot in enumerate(slots):
-        key = f"slots.{number}"
-        if max(abs(slot.ends)) > 0.5 * pad.extent[slot.axis] - clear:
-            raise SceneError(f"{key} must lie within the pad, {sides}; got {slot.words}")
-        if slot.width < clear:
-            raise SceneError(f"{key}.width must be at least {mm(clear)}, {CLEAR:g} of the pad's thickness; got "
-                             f"{mm(slot.width)}")
-        if slot.depth is not None and slot.depth > pad.thickness * (1.0 + SLACK):
-            raise SceneError(f"{key}.depth must be at most the pad's thickness, {mm(pad.thickness)}; got "
-                             f"{mm(slot.depth)}")
+        _check_sizes(f"slots.{number}", slot, pad)
         for name, ends in targets.items():
-            if slot.meets(ends[0], ends[1], clear if slot.wall else 0.0):
+            if slot.meets(ends[0], ends[1], clear * slot.wall):
                 met = "at or through" if slot.wall else "through"
-                raise SceneError(f"{key} must lie beside all targets; got {slot.words}, {met} targets.{name}")
+                raise SceneError(f"slots.{number} must lie beside all targets; got {slot.words}, {met} targets.{name}")
     for (one, first), (other, second) in combinations(enumerate(slots), 2):
         apart = 0.5 * (first.width + second.width) + clear
         if first.axis == second.axis and abs(first.ends.mean() - second.ends.mean()) < apart:
             raise SceneError(f"slots.{one} and slots.{other} must lie beside each other; got {first.words} and "
                              f"{second.words}")
+
+
+def _check_sizes(key: str, slot: Slot, pad: Elastomer) -> None:
+    """Refuse a slot that reaches beyond the pad or is too narrow to be meshed."""
+    clear, t = CLEAR * pad.thickness, pad.thickness
+    if max(abs(slot.ends)) > 0.5 * pad.extent[slot.axis] - clear:
+        raise SceneError(f"{key} must lie within the pad, {' x '.join(map(mm, pad.extent))}; got {slot.words}")
+    if slot.width < clear:
+        raise SceneError(f"{key}.width must be at least {mm(clear)}, {CLEAR:g} of the pad's thickness; got "
+                         f"{mm(slot.width)}")
+    if slot.depth is not None and slot.depth > t * (1.0 + SLACK):
+        raise SceneError(f"{key}.depth must be at most the pad's thickness, {mm(t)}; got {mm(slot.depth)}")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import mechanical_model
-from sits_mech.mechanics.cells import _compliance, cells_body, cells_level, cells_pad
+from sits_mech.mechanics.cells import CellsPad, _compliance, _levels, cells_body, cells_level, cells_pad
 from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.linear import linear_pad
@@ -73,6 +73,29 @@ def test_two_cells_far_apart_are_two_sensors():
         assert 1e-4 * value[0, k, 0, k] == pytest.approx(moved, abs=off) and off < 0.02 * abs(moved)
 
 
+def test_cells_that_a_slot_parts_are_two_pads():
+    """On the same mesh as each with a pad of its own; what a press does to one does nothing to the other."""
+    slot = 'slots=[{x="1 mm", width="0.6 mm"}]'
+    both = pair(5e-3, 'elastomer.width="30 mm"', 'targets.B.width="6 mm"', slot)
+    C = _compliance(both, cells_level(both, cells_body(both, 1, 0)))
+    assert np.abs(C[0, :, 1]).max() == np.abs(C[1, :, 0]).max() == 0.0
+    for k, (low, high, at) in enumerate(((-15.0, 0.7, -5.0), (1.3, 15.0, 5.0))):
+        piece = both.pad.model_copy(update={"width": 1e-3 * (high - low)})
+        sensor = both.sensors[k].model_copy(update={"elastomer": piece})
+        place = Cell(name="A", centre=(1e-3 * (at - (low + high) / 2.0), 0.0))
+        alone = Cells.model_construct(sensors=(sensor,), targets=(place,), slots=())
+        own = _compliance(alone, cells_level(alone, cells_body(alone, 1, 0)))[0, :, 0]
+        assert C[k, :, k] == pytest.approx(own, rel=1e-8, abs=1e-9 * np.abs(own).max())
+
+
+def test_faces_of_a_slot_that_come_together_are_beyond_one_compliance():
+    """What they come together by grows with the press, so that there is one up to which a slot of 0.1 mm stays open."""
+    cells = pair(5e-3, 'slots=[{x=0, width="0.1 mm"}]')
+    levels, none = _levels(cells), np.zeros((2, 6))
+    found = [CellsPad(cells, levels, (), (), none, none).softening(F) for F in (0.1, 2.0)]
+    assert 0.0 < found[0] < 0.05 and found[1] == np.inf
+
+
 # studies/common/ngsolve_cells.py, edges of 0.125 mm: mu C of (d_h, d_z, alpha) of A, then B, by forces on A [mm, N]
 OTHER_CODE = np.array([
     [0.017618, 0.000117, -0.00056264], [0.000117, 0.0017629, 1.3835e-05], [-0.00056264, 1.3835e-05, 0.00054708],
@@ -80,15 +103,27 @@ OTHER_CODE = np.array([
 ])
 
 
-def test_a_pair_at_a_pitch_of_1_2_widths_moves_as_by_another_code():
+SMALL = ('targets.B.width="6 mm"', 'targets.B.length="4 mm"', 'targets.B.centre.0="3.8 mm"')
+UNLIKE = np.array([  # B of 6 x 4 mm, as far from A
+    [0.01785516, 0.0000591428, -0.000536238], [0.0000591428, 0.001778061, 6.83434e-06],
+    [-0.000536238, 6.83434e-06, 0.000550334], [0.002919094, -0.000702521, 0.00031158],
+    [0.000830678, -0.000236698, 0.000116317], [0.000359342, -0.000122891, 0.0000616964],
+])
+
+
+@pytest.mark.parametrize(("keys", "other_code"), [
+    ((), OTHER_CODE),
+    pytest.param(SMALL, UNLIKE, marks=pytest.mark.slow),
+])
+def test_a_pair_at_a_pitch_of_1_2_widths_moves_as_by_another_code(keys, other_code):
     """The neighbour and what moves a cell itself within 2 %, but for the little that its neighbour does to it."""
     soft = 'elastomer.material={law="neo-hookean", shear_modulus="10 kPa", bulk_modulus="10 MPa"}'
-    value, error = limit(cells_pad(pair(4.8e-3, 'elastomer.width="30 mm"', soft)))
+    value, error = limit(cells_pad(pair(4.8e-3, 'elastomer.width="30 mm"', soft, *keys), 0.02))
     unit = np.array([1.0, 1.0, 1e-3])[:, None] * np.array([1.0, -1.0, 1e-3]) * 1e-3 * 10e3  # mm, upward, over mu
     own, other = (value[k, :3, 0, :3] * unit for k in (0, 1))
-    assert other == pytest.approx(OTHER_CODE[3:], rel=0.02)
-    assert np.diag(own) == pytest.approx(np.diag(OTHER_CODE), rel=0.02)
-    assert own[0, 2] == pytest.approx(OTHER_CODE[0, 2], rel=0.02)
+    assert other == pytest.approx(other_code[3:], rel=0.02)
+    assert np.diag(own) == pytest.approx(np.diag(other_code), rel=0.02)
+    assert own[0, 2] == pytest.approx(other_code[0, 2], rel=0.02)
     assert error[1, 1, 0, 1] < 0.02 * abs(value[1, 1, 0, 1])
 
 

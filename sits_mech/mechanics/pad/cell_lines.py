@@ -97,23 +97,20 @@ def _lines_across(
 
     `foot` are the ends of a cover, if any. Nothing is singular at the sides of the pad and its pieces.
     """
-    at_cuts = [side for cut in cuts for side in cut.sides]
-    free = np.array([-half, half, *(side for cut in cuts if cut.parts and not cut.wall for side in cut.sides)])
-    sides = [-half]
-    for side in sorted([*ends.ravel().tolist(), *foot.tolist(), *at_cuts]):
+    free = np.concatenate([[-half, half], *(cut.sides for cut in cuts if cut.parts and not cut.wall)])
+    sides, lines = [-half], [np.array([-half])]
+    for side in np.sort(np.concatenate([ends.ravel(), foot, *(cut.sides for cut in cuts)])).tolist():
         sides += [side] if sides[-1] + ONE < side < half - ONE else []
-    lines = [np.array(sides[:1])]
     for low, high in pairwise([*sides, half]):
         middle = (low + high) / 2.0
         covered = bool(np.any((ends[:, 0] < middle) & (middle < ends[:, 1])))
         singular = np.abs(np.subtract.outer([low, high], free)).min(axis=1) > ONE
         inside = any(cut.parts and cut.sides[0] < middle < cut.sides[1] for cut in cuts)
-        each = np.array([0.0, high - low]) if inside else _segment(high - low, covered, (singular[0], singular[1]), way)
-        lines.append(low + each[1:])
+        lines.append(np.array([high]) if inside else low + _segment(high - low, covered, singular.tolist(), way)[1:])
     return np.concatenate(lines)
 
 
-def _segment(length: float, covered: bool, singular: tuple[bool, bool], way: tuple[int, float, int]) -> Array:
+def _segment(length: float, covered: bool, singular: Sequence[bool], way: tuple[int, float, int]) -> Array:
     """Return the lines of a segment from its lower end (0): below targets, or beside them, which ends are singular.
 
     A narrow gap is graded to the two targets alone: halfway there is no side of the pad.
