@@ -60,17 +60,18 @@ def refinement_summary(data: xr.Dataset, asked: Adaptive) -> str:
     """Return in a line how many cases of a table were solved, how well the others are known, and where a limit is met.
     """
     count, whole = int(np.isfinite(data["seconds"]).sum()), data["status"].size
+    met = "".join(f"; {asked.of[0]} is {asked.limit:.4g} at {text}" for text in _limit_met(data, asked))
     if count == whole:
-        return f"solved: all {whole} cases, as they are few, one failed, or they bend throughout"
+        return f"solved: all {whole} cases, as they are few, one failed, or they bend throughout{met}"
     errors = ", ".join(f"{name} within {float(data[f'error_map_{name}'].max()):.2g}" for name in asked.of)
-    met = [f"; {asked.of[0]} is {asked.limit:.4g} at {text}" for text in _limit_met(data, asked)]
-    return f"solved: {count} of {whole} cases; between them {errors}{''.join(met)}"
+    return f"solved: {count} of {whole} cases; between them {errors}{met}"
 
 
 def _limit_met(data: xr.Dataset, asked: Adaptive) -> list[str]:
     """Return in words where the variable of a limit has its value, of a table over one key with numbers; else none.
 
-    Between two cases on either side it is taken as straight; its errors there over its slope are those of the place.
+    Between two cases on either side it is taken as straight; what that leaves out by second differences, and its errors
+    there, over its slope are those of the place.
     """
     name = asked.of[0]
     if asked.limit is None or data[name].ndim != 1 or data[data[name].dims[0]].dtype.kind not in "fiu":
@@ -78,12 +79,12 @@ def _limit_met(data: xr.Dataset, asked: Adaptive) -> list[str]:
     key = str(data[name].dims[0])
     data = data.sortby(key)
     x, away = data[key].to_numpy(), data[name].to_numpy() - asked.limit
-    off = sum(data[each].to_numpy() for each in (f"error_{name}", f"error_map_{name}") if each in data)
-    found, units = [], data[key].attrs.get("units", "1").removeprefix("1")
-    for k in np.flatnonzero(np.diff(np.signbit(away)) & np.isfinite(np.diff(away))):
-        slope = (away[k + 1] - away[k]) / (x[k + 1] - x[k])
-        unsure = np.max(np.broadcast_to(off, x.shape)[k : k + 2]) / abs(slope)
-        both = float(f"{x[k] - away[k] / slope:.4g}"), float(f"{unsure:.2g}")
+    off = data[f"error_{name}" if f"error_{name}" in data else f"error_map_{name}"].to_numpy()  # it holds the map's
+    found, units, slopes = [], data[key].attrs.get("units", "1").removeprefix("1"), np.diff(away) / np.diff(x)
+    bent = np.pad(np.abs(np.diff(slopes) / (x[2:] - x[:-2])), 1)  # half of the second derivative, between slopes
+    for k in np.flatnonzero(np.diff(np.signbit(away)) & np.isfinite(slopes)):
+        missed = np.nanmax(bent[k : k + 2]) * (x[k + 1] - x[k]) ** 2 / 4.0 + off[k : k + 2].max()
+        both = float(f"{x[k] - away[k] / slopes[k]:.4g}"), float(f"{missed / abs(slopes[k]):.2g}")
         place, error = (millimetres(each) if units == "m" else f"{each:g} {units}".rstrip() for each in both)
         found.append(f"{key} = {place} +- {error}")
     return found
