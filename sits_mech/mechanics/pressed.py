@@ -56,11 +56,12 @@ class Level:
 
         Zeros over slots, where no touch is.
         """
-        nodes = self.body.mesh.nodes
-        on = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9)
-        (x, i), (y, j) = (np.unique(np.round(nodes[on, k], 9), return_inverse=True) for k in (0, 1))
+        nodes = np.round(self.body.mesh.nodes, 9)
+        on, cells = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9), nodes[self.body.mesh.cells]
+        sides = np.concatenate([cells.min(axis=1), cells.max(axis=1)])
+        x, y = (_with_middles(np.unique(nodes[on, k]), sides[:, k]) for k in (0, 1))
         numbers = np.zeros((len(x), len(y), 3), dtype=int)
-        numbers[i, j] = 3 * on[:, None] + np.arange(3)
+        numbers[np.searchsorted(x, nodes[on, 0]), np.searchsorted(y, nodes[on, 1])] = 3 * on[:, None] + np.arange(3)
         return x, y, numbers
 
     def at(self, points: Array) -> Array:
@@ -92,6 +93,13 @@ class Level:
         (S, left), n = found, len(P)
         left[-n:] -= P
         return np.asarray(np.linalg.solve(S, -left)[-n:])
+
+
+def _with_middles(lines: Array, sides: Array) -> Array:
+    """Return lines with those in the middle of slots, which have no nodes, between sides of cells beside them."""
+    is_side = np.isin(lines, sides)
+    slots = np.flatnonzero(is_side[1:] & is_side[:-1])
+    return np.insert(lines, slots + 1, (lines[slots] + lines[slots + 1]) / 2.0)
 
 
 def _quadratics(nodes: Array, places: Array) -> Array:

@@ -9,7 +9,7 @@ from sits_mech.mechanics.element.target import work_of_load
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.pad.solid import bonded_block, pad_scales
-from sits_mech.mechanics.pressed import touch_forces
+from sits_mech.mechanics.pressed import followed, touch_forces
 from sits_mech.mechanics.spread import spreads
 from sits_mech.quantities import Wrench
 from sits_mech.scene.cells import Cell, Cells, load_cells
@@ -168,16 +168,30 @@ def test_a_pressure_between_targets_moves_them_as_by_another_code(half, keys, ot
     assert np.all(np.abs(own - other) < 0.02 * most) and np.all(np.abs(own - other) < error + 5e-3 * most)
 
 
-def test_a_pressure_on_one_target_is_its_wrench():
+@pytest.mark.parametrize("keys", [(), ('slots=[{x=0, width="0.6 mm", depth="1 mm"}]',)])
+def test_a_pressure_on_one_target_is_its_wrench(keys):
     """Also of a touch in its middle of force: what it does to all is the compliance by that wrench."""
     touch = 'touch={shape="pressure", width="3 mm", length="2 mm", x="6 mm", y="1 mm"}'
-    cells = pair(5e-3, touch)
+    cells = pair(5e-3, touch, *keys)
     level, t = cells_level(cells, cells_body(cells, 1, 0)), 2e-3
     (way,), scales = spreads(cells, 1.0), pad_scales(cells.sensor, 1.0)
     q = level.flexibility @ level.work(touch_forces(level, way, t, 1.0 / scales.force))
     wrench = Wrench(F_z=1.0, M=1e-3, M_x=-1e-3).components
     by_wrench = _compliance(cells, level)[:, :, 1] @ wrench
     assert q.reshape(2, 6) * scales.lengths == pytest.approx(by_wrench, rel=1e-9, abs=1e-15)
+
+
+def test_forces_follow_a_face_up_to_the_side_of_a_slot():
+    """On a face that has turned by 0.1 about y they lean by as much, also at nodes with silicone on one side alone."""
+    cells = pair(5e-3, 'slots=[{x=0, width="0.6 mm", depth="1 mm"}]',
+                 'touch={shape="pressure", width="0.5 mm", length="4 mm", x="0.55 mm"}')
+    level = cells_level(cells, cells_body(cells, 1, 0))
+    (way,), u = spreads(cells, 1.0), np.zeros_like(level.body.mesh.nodes)
+    u[:, 2] = 0.1 * level.body.mesh.nodes[:, 0]
+    f = followed(level, u.ravel(), cells.touched, way, (2e-3, 1.0)).reshape(-1, 3)
+    assert f[:, 2].sum() == pytest.approx(-1.0) and f[:, 0] == pytest.approx(-0.1 * f[:, 2], abs=1e-12)
+    at_side = np.abs(level.body.mesh.nodes[:, 0] - 0.15) < 1e-9
+    assert np.abs(f[at_side, 2]).sum() > 0.01
 
 
 @pytest.mark.slow
