@@ -26,7 +26,7 @@ from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, sol
 from sits_mech.quantities import Array
 from sits_mech.status import ANSWERED, INTERPOLATED, OK, marked
 from sits_mech.store import Row
-from sits_mech.units import SceneError, shown, si_label
+from sits_mech.units import SceneError, millimetres, shown, si_label
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,12 +57,37 @@ def likely(study: Study) -> list[Row]:
 
 
 def refinement_summary(data: xr.Dataset, asked: Adaptive) -> str:
-    """Return in a line how many cases of a table were solved, and how well the others are known."""
+    """Return in a line how many cases of a table were solved, how well the others are known, and where a limit is met.
+    """
     count, whole = int(np.isfinite(data["seconds"]).sum()), data["status"].size
+    met = "".join(f"; {asked.of[0]} is {asked.limit:.4g} at {text}" for text in _limit_met(data, asked))
     if count == whole:
-        return f"solved: all {whole} cases, as they are few, one failed, or they bend throughout"
+        return f"solved: all {whole} cases, as they are few, one failed, or they bend throughout{met}"
     errors = ", ".join(f"{name} within {float(data[f'error_map_{name}'].max()):.2g}" for name in asked.of)
-    return f"solved: {count} of {whole} cases; between them {errors}"
+    return f"solved: {count} of {whole} cases; between them {errors}{met}"
+
+
+def _limit_met(data: xr.Dataset, asked: Adaptive) -> list[str]:
+    """Return in words where the variable of a limit has its value, of a table over one key with numbers; else none.
+
+    Between two cases on either side it is taken as straight; what that leaves out by second differences, and its errors
+    there, over its slope are those of the place.
+    """
+    name = asked.of[0]
+    if asked.limit is None or data[name].ndim != 1 or data[data[name].dims[0]].dtype.kind not in "fiu":
+        return []
+    key = str(data[name].dims[0])
+    data = data.sortby(key)
+    x, away = data[key].to_numpy(), data[name].to_numpy() - asked.limit
+    off = data[f"error_{name}" if f"error_{name}" in data else f"error_map_{name}"].to_numpy()  # it holds the map's
+    found, units, slopes = [], data[key].attrs.get("units", "1").removeprefix("1"), np.diff(away) / np.diff(x)
+    bent = np.pad(np.abs(np.diff(slopes) / (x[2:] - x[:-2])), 1)  # half of the second derivative, between slopes
+    for k in np.flatnonzero(np.diff(np.signbit(away)) & np.isfinite(slopes)):
+        missed = np.nanmax(bent[k : k + 2]) * (x[k + 1] - x[k]) ** 2 / 4.0 + off[k : k + 2].max()
+        both = float(f"{x[k] - away[k] / slopes[k]:.4g}"), float(f"{missed / abs(slopes[k]):.2g}")
+        place, error = (millimetres(each) if units == "m" else f"{each:g} {units}".rstrip() for each in both)
+        found.append(f"{key} = {place} +- {error}")
+    return found
 
 
 @dataclass(frozen=True)

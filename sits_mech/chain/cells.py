@@ -9,12 +9,10 @@ and X_ij f_j are the forces that cell i reads by its own calibration: one force 
 F_y of dL_y; G_ii is square. Of X_ij the part G_ii^-1 S_ii C_ij comes through the silicone, which moves the cell's own
 target, and is called mechanical; the rest comes through fields, from targets that move beside the coils: magnetic.
 
-S_ii is that of a cell alone. S_ik is solved with both targets, the other one k moving: eddy currents in the cell's own
-target, which shields its coils, cut it to a quarter at 1.2 widths of pitch. It takes the coarsest division of plates
-(`sheets`); how far that is off all divisions show for the nearest pair, relative to the largest slope, and counts for
-all. A third target is left out: it changes S_ik of next neighbours by up to 2 % of the largest slope at 1.2 widths and
-at 1.06, which counts as 5 %, and more distant ones, a hundred times smaller, by up to three quarters: those count whole
-in the error.
+S_ik is that of chain/cell_fields.py.
+
+Cells may have other coils than each other, and read other forces by them: r are the forces that any of them reads, and
+what a cell does not read is none (NaN); in G_ii stand its own.
 
 A touch changes the poses by q_k (mechanics/pressed.py), what a cell reads by G_ii^-1 sum_k S_ik q_k, and, L the
 inductances of a cell alone and S those of its coils,
@@ -33,20 +31,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.propagation import diagonals, levers, signal_weights, unloaded_pose
-from sits_mech.magnetics.pose_slopes import pose_slopes
-from sits_mech.magnetics.sheets import sheets
+from sits_mech.chain.cell_fields import alone_at, cell_levers, signal_slopes
+from sits_mech.chain.propagation import signal_weights, unloaded_pose
 from sits_mech.mechanics.cells import cells_pad
-from sits_mech.quantities import POSE, WRENCH, Array, Pose
+from sits_mech.quantities import WRENCH, Array, Mask
 from sits_mech.scene.cells import Cells
-from sits_mech.scene.parts import Conductor, Plate
-from sits_mech.scene.sensor import Sensor
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of
 from sits_mech.threads import one_thread
@@ -54,8 +48,6 @@ from sits_mech.units import SceneError
 
 FORCES = ("F_z", "F_x", "F_y")
 """Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
-_THIRD, _BEYOND = 0.05, 1.0  # of S_ik that a third target may change, of next neighbours and of others
-_NEXT = 1.01  # times the smallest distance of two targets
 _ROUNDING = 1e-9  # of weights of signals
 _MOST, _LEFT = 0.5, 1.5  # share of finite strain that is bounded; of its square, what is left
 
@@ -69,10 +61,10 @@ class CellCrosstalk:
     cells : Cells
         The scene.
     reads : tuple of str
-        The forces that a cell reads, r of `FORCES`.
+        The forces that any cell reads, r of `FORCES`.
     mechanical, magnetic : ndarray
         What comes through the silicone and through fields, shape (n, r, n, 3): cell that reads, force that it reads,
-        cell under a force, which of `FORCES` [N/N].
+        cell under a force, which of `FORCES`; NaN where a cell does not read one [N/N].
     error : ndarray
         Estimated error of their sum, in the same shape [N/N].
     load, finite_strain : float
@@ -105,7 +97,7 @@ class CellCrosstalk:
         own = np.eye(len(self.cells.targets), dtype=bool)[:, None, :, None]
         size, error = (
             np.moveaxis(each, 2, 1).reshape(-1, len(self.reads), len(FORCES))
-            for each in (np.where(own, 0.0, np.abs(self.total)), self.error)
+            for each in np.nan_to_num([np.where(own, 0.0, np.abs(self.total)), self.error])
         )
         at = size.argmax(axis=0)[None]
         return np.take_along_axis(size, at, 0)[0], np.take_along_axis(error, at, 0)[0]
@@ -113,7 +105,7 @@ class CellCrosstalk:
 
 @dataclass(frozen=True)
 class CellTouch:
-    """What a touch does to n cells of c coils each; made by `cell_touch`.
+    """What a touch does to n cells of c coils, those that any has; made by `cell_touch`.
 
     Attributes
     ----------
@@ -124,13 +116,14 @@ class CellTouch:
     moved, pose_error : ndarray
         Change of the targets' poses, in the order of `Pose`, shape (n, 6) [m, rad].
     L, L_error : ndarray
-        Inductances of the coils, of which the error is that of their change, shape (n, c) [H].
+        Inductances of the coils, of which the error is that of their change, shape (n, c), in the order of
+        `cells.coil_names`; NaN where a cell has no such coil [H].
     L_rest : ndarray
-        Those of a cell alone and untouched, shape (c,) [H].
+        Those of each cell alone and untouched, shape (n, c) [H].
     reads : tuple of str
-        The forces that a cell reads.
+        The forces that any cell reads.
     read, read_error : ndarray
-        What each reads by its own calibration at small loads, shape (n, r) [N].
+        What each reads by its own calibration at small loads, shape (n, r); NaN where it does not read one [N].
     finite_strain : float
         The share by which finite strain changes how far targets move: in poses and L, not in `read`.
     seconds : float
@@ -189,7 +182,7 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     if not 0.0 < load < np.inf:
         raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
     began = time.process_time()
-    cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
+    cells = cells.model_copy(update={"sensors": tuple(map(at_temperature, cells.sensors))})
     reads, weights = forces_read(cells)
     pad, (S, off) = cells_pad(cells, tolerance), signal_slopes(cells, weights, tolerance)
     limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
@@ -199,9 +192,10 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
     missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
     error, strain = limit.error[1] + missed, pad.softening(load)
-    flags = flags_of(float(error.max()), tolerance, bounded=np.isfinite(strain))
+    flags, none = flags_of(float(error.max()), tolerance, bounded=np.isfinite(strain)), _not_read(weights)
+    mechanical, magnetic, error = np.where(none[:, :, None, None], np.nan, [mechanical, total - mechanical, error])
     took = time.process_time() - began
-    return CellCrosstalk(cells, reads, mechanical, total - mechanical, error, load, strain, took, flags)
+    return CellCrosstalk(cells, reads, mechanical, magnetic, error, load, strain, took, flags)
 
 
 @checked_arguments
@@ -242,10 +236,11 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     if given is None or not 0.0 < given < np.inf:
         raise SceneError(f"touch.force must be a press above 0 N; got {'none' if given is None else f'{given:g} N'}")
     began = time.process_time()
-    cells = cells.model_copy(update={"sensor": at_temperature(cells.sensor)})
-    sensor, (reads, weights) = cells.sensor, forces_read(cells)
-    r, lever, rest = len(reads), levers(sensor), unloaded_pose(sensor).components
-    S, off = signal_slopes(cells, np.concatenate([weights, np.eye(len(sensor.coils))]), tolerance)
+    cells = cells.model_copy(update={"sensors": tuple(map(at_temperature, cells.sensors))})
+    reads, weights = forces_read(cells)
+    r, lever, rest = len(reads), cell_levers(cells), unloaded_pose(cells.sensor).components
+    coils = np.array([np.diag(np.isin(cells.coil_names, own.coil_names)) for own in cells.sensors], dtype=float)
+    S, off = signal_slopes(cells, np.concatenate([weights, coils], axis=1), tolerance)
     pad = cells_pad(cells, 0.5 * tolerance, given, S)  # with all else it holds
     inverse = own_calibration(S[:, :r], pad.compliances[-1], reads)
     shown = [np.einsum("irkp,kp->ir", S, by) for by in pad.moved]
@@ -258,17 +253,17 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     q, left = moved.value + (pad.second if np.isfinite(strain) else 0.0), _LEFT * strain * np.abs(pad.second)
     missed = np.einsum("irkp,kp->ir", off, np.abs(q)) + np.einsum("irkp,kp->ir", np.abs(S), pad.spread)
     L_error = (signals.error + missed + np.einsum("irkp,kp->ir", np.abs(S), left))[:, r:]
-    alone, neighbours = sheets(sensor, tolerance), S[:, r:].copy()
+    neighbours, (still, there, unsure) = S[:, r:].copy(), alone_at(cells, rest + q, tolerance)
     neighbours[np.arange(len(S)), :, np.arange(len(S))] = 0.0
-    still, there = (alone.impedance(Pose.of(at), sensor.frequency) for at in (rest[None], rest + q))
-    change = diagonals(there.L) - diagonals(still.L) + np.einsum("ickp,kp->ic", neighbours, q)
+    change = there - still + np.einsum("ickp,kp->ic", neighbours, q)
     read_error = read.error + np.einsum("irs,is->ir", np.abs(inverse), missed[:, :r])
-    read_error += still.report.estimated_error * np.abs(read.value)  # of G_ii
-    off_by = max(float(np.max(L_error) / np.abs(change).max()), float(read_error.max() / np.abs(read.value).max()))
-    flags = flags_of(off_by, tolerance, bounded=strain < _MOST)
+    read_error += unsure[:, None] * np.abs(read.value)  # of G_ii
+    off_by = max(float(np.max(L_error) / np.nanmax(np.abs(change))), float(read_error.max() / np.abs(read.value).max()))
+    flags, none = flags_of(off_by, tolerance, bounded=strain < _MOST), _not_read(weights)
+    L_error, (value, error) = L_error + 0.0 * still, (np.where(none, np.nan, own) for own in (read.value, read_error))
     return CellTouch(
-        cells, given, q, moved.error + pad.spread + left, diagonals(still.L) + change, L_error, diagonals(still.L)[0],
-        reads, read.value, read_error, strain, time.process_time() - began, flags,
+        cells, given, q, moved.error + pad.spread + left, still + change, L_error, still, reads, value, error, strain,
+        time.process_time() - began, flags,
     )
 
 
@@ -282,15 +277,30 @@ def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
 
 
 def forces_read(cells: Cells) -> tuple[tuple[str, ...], Array]:
-    """Return the forces that a cell reads, r of `FORCES`, and the weights of its coils in their signals, (r, c)."""
-    weights = signal_weights(cells.sensor)
-    rows = np.abs(weights).max(axis=1) > _ROUNDING
-    return tuple(name for name, row in zip(FORCES, rows, strict=True) if row), weights[rows]
+    """Return the forces that cells read, r of `FORCES`, and the weights of each one's coils in its signals, (n, r, c).
+
+    Zeros where a cell does not read a force, or has no such coil.
+    """
+    weights = np.zeros((len(cells.sensors), len(FORCES), len(cells.coil_names)))
+    for own, sensor in zip(weights, cells.sensors, strict=True):
+        own[:, np.isin(cells.coil_names, sensor.coil_names)] = signal_weights(sensor)
+    weights[np.abs(weights).max(axis=2) <= _ROUNDING] = 0.0
+    rows = np.any(weights != 0.0, axis=(0, 2))
+    return tuple(name for name, row in zip(FORCES, rows, strict=True) if row), weights[:, rows]
+
+
+def _not_read(weights: Array) -> Mask:
+    """Return which forces a cell does not read, (n, r)."""
+    return np.asarray(np.all(weights == 0.0, axis=2))
 
 
 def own_calibration(S: Array, C: Array, reads: tuple[str, ...]) -> Array:
-    """Return G_ii^-1, what each cell makes of its signals, (n, r, r) [N/H]."""
-    return np.asarray(np.linalg.inv(_own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]))
+    """Return G_ii^-1, what each cell makes of its signals, (n, r, r) [N/H]; zeros of forces that it does not read."""
+    G = _own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]
+    found, known = np.zeros_like(G), np.any(_own(S) != 0.0, axis=2)
+    for own, whole, rows in zip(found, G, known, strict=True):
+        own[np.ix_(rows, rows)] = np.linalg.inv(whole[np.ix_(rows, rows)])
+    return found
 
 
 def _own(of_pairs: Array) -> Array:
@@ -301,40 +311,3 @@ def _own(of_pairs: Array) -> Array:
 def _places(forces: Sequence[str]) -> list[int]:
     """Return where forces stand in a wrench."""
     return [WRENCH.index(name) for name in forces]
-
-
-def signal_slopes(cells: Cells, weights: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return S of the module docstring and its error, (n, r, n, 6) [H/m, H/rad], by weights (r, c) of a cell's coils.
-    """
-    sensor, centres, n = cells.sensor, cells.centres, len(cells.targets)
-    alone = sheets(sensor, tolerance)
-    pose, lever = unloaded_pose(sensor), levers(sensor)
-
-    @cache
-    def slopes(x: float, y: float, single: bool = True) -> Array:
-        """Return the slopes of a cell's signals, at (x, y) from the target that moves, (r, 6)."""
-        scene = _pair(cells, pose, (x, y)) if (x, y) != (0.0, 0.0) else sensor
-        model = replace(alone, sensor=scene, single=single and scene is not sensor)
-        places = Pose.of(pose.components[None])
-        _, by_pose, _ = pose_slopes(scene, model, places, sensor.frequency, POSE)
-        return np.asarray(weights @ np.diagonal(by_pose[0], axis1=0, axis2=1).T)
-
-    away = np.round(centres[:, None] - centres, 12) + 0.0
-    distance = np.linalg.norm(away, axis=2) + np.where(np.eye(n, dtype=bool), np.inf, 0.0)
-    S = np.array([[slopes(*each) for each in line] for line in away.tolist()])
-    near = away[np.unravel_index(distance.argmin(), distance.shape)].tolist()
-    exact, coarse = (slopes(*near, single) / lever for single in (False, True))
-    missed = np.abs(exact - coarse).max() / np.abs(exact).max()
-    third = np.where(distance < _NEXT * distance.min(), _THIRD, _BEYOND) if n > 2 else np.zeros((n, n))
-    off = (missed + third)[..., None, None] * lever * np.abs(S / lever).max(axis=3, keepdims=True)
-    off[np.diag_indices(n)] = alone.impedance(pose, sensor.frequency).report.estimated_error * np.abs(S[0, 0])
-    return S.swapaxes(1, 2), off.swapaxes(1, 2)
-
-
-def _pair(cells: Cells, pose: Pose, place: tuple[float, float]) -> Sensor:
-    """Return a cell's coils and its target, fixed at a place from the target that moves, at rest."""
-    sensor, (target, _) = cells.sensor, cells.parts
-    own = {key: getattr(target, key) for key in Plate.model_fields}
-    plate = Conductor(name="own target", centre=(*place, float(pose.d_v) + target.thickness / 2.0), **own)
-    coils = cells.coils_at(np.array(place))
-    return sensor.model_copy(update={"coils": coils, "elastomer": None, "conductors": (plate,)})

@@ -8,17 +8,19 @@ K the stiffness that is left when all displacements but the bonded ones are elim
 target (element/target.py). C_ij with i != j is what the silicone carries from cell to cell: what a press pushes out
 under the sides of a target lifts those around it, by 11 % of its sinking half a thickness away, by 2 % two thicknesses.
 
-Mesh: a tensor grid on the box, with lines through every side of every target, graded towards it from both sides, as
-pad/shapes.py has them beside one target. Its levels are those of one pad (block.py), so that one target in the middle
-has the same mesh. Unknowns: displacements of the whole pad [thicknesses]. Error: of the levels' limit
-(levels/family.py). Neglected: finite strain, whose first correction `softening` returns; contact of free faces.
+Mesh: a tensor grid on the box (pad/cell_lines.py), of which the cells in slots and beside a cover are left out. Its
+levels are those of one pad (block.py), so that one target in the middle has the same mesh. A wall's faces are held as
+the ground is. Unknowns: displacements of the whole pad [thicknesses]. Error: of the levels' limit (levels/family.py).
+
+Neglected: finite strain, whose first correction `softening` returns; contact of free faces. A load by which the faces
+of a slot come together by its width, by their motion at small strain, is more than one compliance holds for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 
@@ -30,17 +32,15 @@ from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.refine import refine
-from sits_mech.mechanics.pad.shapes import GRADING, graded, lines_through, low_corner, outside_lines, under_lines
+from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, ends_of, in_slots, within
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
-from sits_mech.mechanics.pad.stack import covering, interfaces
+from sits_mech.mechanics.pad.stack import covering
 from sits_mech.mechanics.pressed import Level, followed, touch_forces
 from sits_mech.mechanics.spread import spreads
 from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.cells import Cells
 from sits_mech.threads import one_thread
 from sits_mech.units import checked_tolerance
-
-_ONE = 1e-4  # thicknesses: sides of targets that are closer have one line
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +60,16 @@ class CellsPad:
 
     @one_thread
     def softening(self, F_z: float) -> float:
-        """Return Newton's second step of how far a press [N] moves a cell, over the first one."""
+        """Return Newton's second step of how far a press [N] moves a cell, over the first one; the largest of all."""
         level, scales = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0)
-        P = np.zeros(len(level.flexibility))
-        P[:6] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
-        q, none = level.flexibility @ P, np.zeros(level.body.mesh.nodes.size)
-        return float(abs(level.second(level.displaced(q, none), P, none)[1] / q[1]))
+        none, found = np.zeros(level.body.mesh.nodes.size), []
+        for k in sorted(set(self.cells.kinds)):
+            P = np.zeros((len(self.cells.targets), 6))
+            P[k] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
+            q = level.flexibility @ P.ravel()
+            more = _second(self.cells, level, level.displaced(q, none), P.ravel(), none)
+            found.append(float(abs(more[6 * k + 1] / q[6 * k + 1])))
+        return max(found)
 
 
 @one_thread
@@ -89,7 +93,7 @@ def cells_pad(
         q, more = each[0], np.zeros(6 * n)
         if level == 0 and ways:
             u = own.displaced(q, f[0])
-            more = own.second(u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
+            more = _second(cells, own, u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
         found = q, np.abs(each - q).max(axis=0), more
         return _compliance(cells, own), *(part.reshape(n, 6) * scales.lengths for part in found)
 
@@ -100,6 +104,17 @@ def cells_pad(
     found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
+
+
+def _second(cells: Cells, level: Level, u: Array, P: Array, f: Array) -> Array:
+    """Return Newton's second step of all motions, as `Level.second`; infinite where u closes a slot."""
+    mesh, t = level.body.mesh, cells.pad.thickness
+    for slot in cells.slots:
+        sides = [np.abs(mesh.nodes[:, slot.axis] - end) < 2.0 * ONE for end in slot.ends / t]
+        low, high = (u.reshape(-1, 3)[on, slot.axis] for on in sides)
+        if low.max() - high.min() > slot.width / t:
+            return np.full_like(P, np.inf)
+    return level.second(u, P, f)
 
 
 def _relative_error(levels: Levels, found: Sequence[tuple[Array, ...]], touched: bool, seen: Array | None) -> float:
@@ -116,7 +131,7 @@ def _levels(cells: Cells) -> Levels:
 
     def count(level: int) -> tuple[int, ...]:
         """Return the cells of a level along each axis."""
-        x, y, z = map(len, _lines(cells, *FINENESS[level]))
+        x, y, z = map(len, cell_lines(cells, *FINENESS[level]))
         return x - 1, y - 1, z - 1
 
     def made(level: int) -> Bonded:
@@ -137,93 +152,44 @@ def cells_level(cells: Cells, body: Bonded) -> Level:
 
 def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     """Return the whole pad with all its targets bonded; parts of a base cell and layers as in `bonded_block`."""
-    ends, covered, over = _ends(cells), covering(cells.sensor), cells.cover_ends / cells.parts[1].thickness
-    mesh, division = box_bricks(*_lines(cells, split, layers))
-    high = 1.0 if covered is None else covered.levels[0]
+    t, ends, covered = cells.pad.thickness, ends_of(cells), covering(cells.sensor)
+    mesh, division = box_bricks(*cell_lines(cells, split, layers))
+    high, over = 1.0 if covered is None else covered.levels[0], cells.cover_ends / t
 
     def inside(places: Array) -> Mask:
         """Whether places (n, 3) are within a target seen from above."""
-        return np.asarray(np.any([_within(own, places) for own in ends], axis=0))
+        return np.asarray(np.any([within(own, places) for own in ends], axis=0))
 
     if covered is not None:
         mesh, _ = hollowed(mesh, division, lambda at: (at[:, 2] < 1.0) | (
-            _within(over, at) & (~inside(at) | (at[:, 2] > high))
+            within(over, at) & (~inside(at) | (at[:, 2] > high))
         ))
+    elif cells.slots:
+        cut = partial(in_slots, cells.slots, cells.pad)
+        mesh, _ = hollowed(mesh, division, lambda at: ~cut(at))
     own, basis = solid_mesh(mesh, BRICK)
     z = own.nodes[:, 2]
     bonded = (z > 1.0 - 1e-9) & (z < high + 1e-9) & inside(own.nodes)
-    where = np.stack([z < 1e-9, bonded, np.zeros(len(z), dtype=bool)])
+    held = (z < 1e-9) | in_slots([each for each in cells.slots if each.wall], cells.pad, own.nodes, 2.0 * ONE)
+    where = np.stack([held, bonded, np.zeros(len(z), dtype=bool)])
     half_x, half_y = np.ptp(ends[0], axis=0) / 2.0
     plate, hidden = PlateOutline(half_x, half_y, False), covered is not None
-    found = solid(cells.sensor, numbered(own, where, basis, plate, half=False, covered=hidden), 0.0, 0.0)
+    mesh_of_all = numbered(own, where, basis, plate, half=False, convex=not cells.slots, covered=hidden)
+    found = solid(cells.sensor, mesh_of_all, 0.0, 0.0)
     return replace(found.body, components=0)
 
 
 def _compliance(cells: Cells, level: Level) -> Array:
     """Return d(pose)/d(wrench) of all targets on one level, (n, 6, n, 6)."""
-    target, pad = cells.parts
-    n, scales, height = len(cells.targets), pad_scales(cells.sensor, 1.0), target.load_height / pad.thickness
-    work = np.stack([work_of_load(unit, height, np.zeros(6)) for unit in np.eye(6)], axis=1)
-    C = level.flexibility.reshape(n, 6, n, 6) @ (work / scales.loads)
+    n, t, scales = len(cells.targets), cells.pad.thickness, pad_scales(cells.sensor, 1.0)
+    C = level.flexibility.reshape(n, 6, n, 6).copy()
+    for k, plate in enumerate(cells.plates):
+        work = np.stack([work_of_load(unit, plate.load_height / t, np.zeros(6)) for unit in np.eye(6)], axis=1)
+        C[:, :, k] = C[:, :, k] @ (work / scales.loads)
     return np.asarray(C * scales.lengths[:, None, None])
-
-
-def _ends(cells: Cells) -> Array:
-    """Return the least and the largest x and y of each target, shape (n, 2, 2) [thicknesses]."""
-    target, pad = cells.parts
-    half = 0.5 * np.array(target.extent)
-    return np.stack([cells.centres - half, cells.centres + half], axis=1) / pad.thickness
-
-
-def _within(ends: Array, places: Array) -> Mask:
-    """Return which places (n, 3) are under a target between ends (2, 2)."""
-    low, high = ends
-    return np.asarray(np.all((places[:, :2] > low - 2.0 * _ONE) & (places[:, :2] < high + 2.0 * _ONE), axis=1))
 
 
 def _on_targets(cells: Cells, body: Bonded) -> list[tuple[Mask, Array]]:
     """Return of each target which bonded nodes are its own, and these from its centre."""
-    each = [(_within(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in _ends(cells)]
+    each = [(within(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in ends_of(cells)]
     return [(on, body.X[on] - centre) for on, centre in each]
-
-
-def _lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Array]:
-    """Return the lines of the pad along x, y and z [thicknesses]."""
-    _, pad = cells.parts
-    ends, half = _ends(cells), 0.5 * np.array(pad.extent) / pad.thickness
-    way, foot = (split, GRADING, layers), (cells.cover_ends / pad.thickness).T.tolist()
-    x, y = (_lines_across(ends[:, :, k], float(half[k]), way, foot[k]) for k in (0, 1))
-    around, whole = (PlateOutline(size[0], size[1], False) for size in (np.abs(ends).max(axis=(0, 1)), half))
-    through = lines_through(*way[:2], low_corner(around, whole), layers, interfaces(pad), covering(cells.sensor))
-    return x, y, through
-
-
-def _lines_across(ends: Array, half: float, way: tuple[int, float, int], foot: Sequence[float]) -> Array:
-    """Return the lines along an axis of a pad from -half to half, over targets between `ends` (n, 2).
-
-    `foot` are the ends of a cover, if any.
-    """
-    sides = [-half]
-    for side in sorted([*ends.ravel().tolist(), *foot]):
-        sides += [side] if sides[-1] + _ONE < side < half - _ONE else []
-    lines = [np.array(sides[:1])]
-    for low, high in pairwise([*sides, half]):
-        covered = bool(np.any((ends[:, 0] < (low + high) / 2.0) & ((low + high) / 2.0 < ends[:, 1])))
-        lines.append(low + _segment(high - low, covered, (low > -half, high < half), way)[1:])
-    return np.concatenate(lines)
-
-
-def _segment(length: float, covered: bool, singular: tuple[bool, bool], way: tuple[int, float, int]) -> Array:
-    """Return the lines of a segment from its lower end (0): below targets, or beside them, which ends are singular.
-
-    A narrow gap is graded to the two targets alone: halfway there is no side of the pad.
-    """
-    half = length / 2.0
-    if covered:
-        own = under_lines(half, *way)
-        return half + np.concatenate([-own[:0:-1], own])
-    if all(singular):
-        own = outside_lines(half, *way) if half > 1.0 else half * graded(*way)
-        return np.concatenate([own, length - own[-2::-1]])
-    own = outside_lines(length, *way)
-    return own if singular[0] else length - own[::-1]

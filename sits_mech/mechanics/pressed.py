@@ -27,7 +27,7 @@ from sits_mech.mechanics.element.kernel import gradients, volumes
 from sits_mech.mechanics.equilibrium.body import Bonded, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.linearisation import Factor, bending_equations, factored_shapes
 from sits_mech.mechanics.spread import Spread
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.touch import Touch
 
 
@@ -52,12 +52,16 @@ class Level:
 
     @cached_property
     def surface(self) -> tuple[Array, Array, Integers]:
-        """Lines through nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3)."""
-        nodes = self.body.mesh.nodes
-        on = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9)
-        (x, i), (y, j) = (np.unique(np.round(nodes[on, k], 9), return_inverse=True) for k in (0, 1))
+        """Lines through nodes of the upper face along x and y, and the numbers of their displacements, (x, y, 3).
+
+        Zeros over slots, where no touch is.
+        """
+        nodes = np.round(self.body.mesh.nodes, 9)
+        on, cells = np.flatnonzero(np.abs(nodes[:, 2] - self.top) < 1e-9), nodes[self.body.mesh.cells]
+        sides = np.concatenate([cells.min(axis=1), cells.max(axis=1)])
+        x, y = (_with_middles(np.unique(nodes[on, k]), sides[:, k]) for k in (0, 1))
         numbers = np.zeros((len(x), len(y), 3), dtype=int)
-        numbers[i, j] = 3 * on[:, None] + np.arange(3)
+        numbers[np.searchsorted(x, nodes[on, 0]), np.searchsorted(y, nodes[on, 1])] = 3 * on[:, None] + np.arange(3)
         return x, y, numbers
 
     def at(self, points: Array) -> Array:
@@ -91,6 +95,13 @@ class Level:
         return np.asarray(np.linalg.solve(S, -left)[-n:])
 
 
+def _with_middles(lines: Array, sides: Array) -> Array:
+    """Return lines with those in the middle of slots, which have no nodes, between sides of cells beside them."""
+    is_side = np.isin(lines, sides)
+    slots = np.flatnonzero(is_side[1:] & is_side[:-1])
+    return np.insert(lines, slots + 1, (lines[slots] + lines[slots + 1]) / 2.0)
+
+
 def _quadratics(nodes: Array, places: Array) -> Array:
     """Return the quadratic shape functions of an axis's nodes, every other one within a cell, at places, (p, n)."""
     cell = 2 * np.clip(np.searchsorted(nodes[::2], places) - 1, 0, len(nodes) // 2 - 1)
@@ -117,5 +128,15 @@ def followed(level: Level, u: Array, touch: Touch, spread: Spread, scale: tuple[
     f = touch_forces(level, (points, share), *scale)
     if touch.friction == "none":
         for k, lines in enumerate(axes):
-            f[numbers[..., k]] = -f[numbers[..., 2]] * np.gradient(there[..., 2], lines, axis=k)
+            f[numbers[..., k]] = -f[numbers[..., 2]] * _slopes(there[..., 2], lines, k, numbers[..., 2] == 0)
     return f
+
+
+def _slopes(w: Array, lines: Array, axis: int, missing: Mask) -> Array:
+    """Return dw/dx along an axis at nodes of the face, one-sided at slots and zero within, where w is `missing`."""
+    w = np.where(missing, np.nan, w)
+    found, each = np.gradient(w, lines, axis=axis), np.diff(w, axis=axis) / np.expand_dims(np.diff(lines), 1 - axis)
+    before, after = ((each.take([0], axis), each), (each, each.take([-1], axis)))
+    for own in (np.concatenate(before, axis), np.concatenate(after, axis), np.zeros_like(w)):
+        found = np.where(np.isnan(found), own, found)
+    return np.asarray(found)

@@ -57,18 +57,19 @@ def _patch(touch: Touch, a: float) -> Spread:
 
 def _sphere(cells: Cells, touch: Touch, F: float) -> list[Spread]:
     """Return the ways of a sphere on silicone, from its place."""
-    (target, pad), cover, R = cells.parts, cells.sensor.cover, touch.radius or 0.0
+    pad, cover, R = cells.pad, cells.sensor.cover, touch.radius or 0.0
     mu, K = min((each.shear_modulus, each.bulk_modulus) for each in silicones_of(cells.sensor))
     a = (0.75 * F * R * (3.0 * K + 4.0 * mu) / (4.0 * mu * (3.0 * K + mu))) ** (1.0 / 3.0)
     if touch.length is not None or a > R:
         raise SceneError(f"touch must be a pressure, a punch or a sphere that does not sink in whole on silicone; got "
                          f"a {touch.words}, {F:g} N")
-    low = cells.heights_over(touch).argmin()
-    if cover is None and cells.heights_over(touch)[low] <= target.thickness + a**2 / R:
+    low = int((over := cells.heights_over(touch) - cells.thicknesses).argmin())
+    if cover is None and over[low] <= a**2 / R:
         raise SceneError(f"touch must lie on one target or on the silicone beside all, which a {touch.words} sinks "
                          f"{mm(a**2 / R, 3)} into under {F:g} N; it meets targets.{cells.names[low]}")
-    inside = 0.5 * np.array(target.extent) - a - (pad if cover is None else cover).thickness
-    even = cover is not None and np.any(np.all(np.abs(cells.centres - touch.place) <= inside, axis=1))
+    (lowest, highest), inside = np.moveaxis(cells.ends, 1, 0), a + (pad if cover is None else cover).thickness
+    within = (lowest + inside <= touch.place) & (touch.place <= highest - inside)
+    even = cover is not None and np.any(np.all(within, axis=1))
     points, share = _patch(touch, a)
     away = 0.375 * a * np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
     return [(points, share), (points[:1] * 0.0, np.ones(1)), *((points + each, share) for each in away[4 * even :])]

@@ -17,6 +17,7 @@ from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_fi
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
 from sits_mech.scene.cells import Cells
+from sits_mech.scene.slots import Slot
 from sits_mech.units import MM
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 def cells_record(found: CellCrosstalk | CellTouch) -> dict[str, Any]:
     """Return crosstalk by cell that reads, force read, cell pressed and force on it, or what a touch does by cell."""
-    more: dict[str, Any] = {"coils": [coil.name for coil in found.cells.sensor.coils], "components": POSE}
+    more: dict[str, Any] = {"coils": found.cells.coil_names, "components": POSE}
     if isinstance(found, CellCrosstalk):
         more = {"forces": FORCES, "total": found.total}
     shown = {each.name: getattr(found, each.name) for each in fields(found) if each.name not in ("cells", "flags")}
@@ -50,7 +51,7 @@ def cells_tables(found: CellCrosstalk | CellTouch) -> list[Table]:
     strain = _strain(found.finite_strain, "each figure")
     lines = [
         *status_lines(found.flags),
-        ("through fields", f"{fields.max():.2g} % at most; all else through the silicone"),
+        ("through fields", f"{np.nanmax(fields):.2g} % at most; all else through the silicone"),
         ("left out", f"finite strain: {strain} where a cell is pressed by {found.load:g} N"),
         ("took", f"{found.seconds:.3g} s"),
     ]
@@ -59,15 +60,16 @@ def cells_tables(found: CellCrosstalk | CellTouch) -> list[Table]:
 
 def _touch_tables(found: CellTouch) -> list[Table]:
     """Return what a touch does for a reader: how far the target of each cell moves, its coils, forces read."""
-    coils = [coil.name for coil in found.cells.sensor.coils]
+    coils = found.cells.coil_names
     moves = column_table("targets move", ["cell", *(f"{x} [u{'rad' if 'alpha' in x else 'm'}]" for x in POSE)])
     read = column_table("cells read", ["cell", *(f"{name} [%]" for name in coils), *(f"{x} [mN]" for x in found.reads)])
     values = [1e6 * found.moved, np.hstack([100.0 * (found.L / found.L_rest - 1.0), 1e3 * found.read])]
     errors = [1e6 * found.pose_error, np.hstack([100.0 * found.L_error / found.L_rest, 1e3 * found.read_error])]
     for table, *both in zip((moves, read), values, errors, strict=True):
         for name, *row in zip(found.cells.names, *both, strict=True):
-            sizes = np.abs(both[0]).max(axis=0)
-            table.add_row(name, *(with_error(*each) for each in zip(*row, sizes, strict=True)))
+            sizes, known = np.nanmax(np.abs(both[0]), axis=0), np.isfinite(row[0])
+            each = zip(*row, sizes, known, strict=True)
+            table.add_row(name, *(with_error(*own) if one else "" for *own, one in each))
     lines = [
         *status_lines(found.flags),
         ("touch", f"{found.cells.touched.words}, {found.force:g} N"),
@@ -81,7 +83,7 @@ def _touch_figure(found: CellTouch) -> Figure:
     """Draw the pad with its cells and the touch from above, with what the coils of each change by."""
     change = 100.0 * (found.L / found.L_rest - 1.0)
     with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
-        _draw_plan(plan, found.cells, ["\n".join(f"{each:+.2g} %" for each in own) for own in change])
+        _draw_plan(plan, found.cells, ["\n".join(f"{each:+.2g} %" for each in own if each == each) for own in change])
         plan.set(title=f"$\\Delta L$ under a {found.cells.touched.words}, {found.force:g} N")
         return figure
 
@@ -110,13 +112,23 @@ def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
         return figure
 
 
+def _slot_colour(slot: Slot) -> str:
+    """Return the colour of a wall, of a slot through the pad, or of one with a bottom."""
+    return "#808080" if slot.wall else "#ffffff" if slot.depth is None else "#f9ecd8"
+
+
 def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
     """Draw pad, targets, coils and what touches them from above, cells with labels below their names."""
-    (target, pad), box = cells.parts, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+    pad, box = cells.pad, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
     add_polygons(axes, MM * box[None] * pad.extent, facecolors="#efcf9f")
-    add_polygons(axes, MM * (cells.centres[:, None] + box * target.extent), facecolors="#b87333")
-    for cell, place, label in zip(cells.targets, cells.centres, labels or [""] * len(cells.targets), strict=True):
-        for line in (line for coil in cells.coils_at(place) for line, _ in coil_lines(coil)):
+    for slot in cells.slots:
+        size, middle = np.array(pad.extent), np.zeros(2)
+        size[slot.axis], middle[slot.axis] = slot.width, slot.ends.mean()
+        add_polygons(axes, MM * (middle + box * size)[None], facecolors=_slot_colour(slot))
+    add_polygons(axes, MM * (cells.centres[:, None] + box * np.ptp(cells.ends, axis=1)[:, None]), facecolors="#b87333")
+    each = zip(cells.targets, cells.centres, labels or [""] * len(cells.targets), strict=True)
+    for k, (cell, place, label) in enumerate(each):
+        for line in (line for coil in cells.coils_at(k, place) for line, _ in coil_lines(coil)):
             axes.plot(*MM * line[:, :2].T, color=TRACKS[1], linewidth=0.35)
         axes.annotate(f"{cell.name}\n{label}".strip(), MM * place, ha="center", va="center", fontsize=7)
     if len(cells.cover_ends):

@@ -20,6 +20,7 @@ from sits_mech.scene.elastomer import NOT_WITH_LAYERS, Elastomer, Layer
 from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
 from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.slots import Slot
 from sits_mech.scene.touch import Touch
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import material_table
@@ -62,9 +63,10 @@ def scene_schema() -> Schema:
     found |= {"Silicone": _silicone(), **material_table("neo-hookean").model_json_schema()["$defs"]}
     whole = with_descriptions(schema, Sensor) | {"title": "Scene of sits-mech", "$schema": DIALECT, "$defs": found}
     whole["properties"]["readout"] = {"$ref": "#/$defs/Readout"}
-    found["Cell"] = with_descriptions(Cell.model_json_schema(), Cell)
+    found |= {kind.__name__: with_descriptions(kind.model_json_schema(), kind) for kind in (Cell, Slot)}
     places = {"description": "Where targets stand with their coils, for sits-mech cells."}
     whole["properties"]["targets"] = list_schema({"$ref": "#/$defs/Cell"}, minItems=2) | places
+    whole["properties"]["slots"] = list_schema({"$ref": "#/$defs/Slot"}) | {"description": "Slots between targets."}
     return whole
 
 

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.batch import requests
+from sits_mech.batch.adaptive import refinement_summary
 from sits_mech.batch.forecast import forecast
 from sits_mech.batch.run import open_sweep, run_study
 from sits_mech.batch.studies.study import read_study
@@ -142,6 +143,36 @@ def test_a_limit_needs_fewer_cases(tmp_path: Path, solved: Callable[[Answer], li
     np.testing.assert_array_equal(data["d_v"].to_numpy() > limit, side)
     known = np.abs(data["d_v"] - limit) > data["error_map_d_v"]
     assert known.all() and np.mean(missed(data, bent, "d_v") <= 1.0) >= 0.95
+
+
+def test_where_a_limit_is_met_is_said_with_what_the_place_is_known_to(
+    tmp_path: Path, solved: Callable[[Answer], list[dict[str, Any]]]
+) -> None:
+    """Of one key, at the root of the function; errors of cases and map over the slope are in that of the place.
+
+    Also of few cases, which are all solved: what a straight line between them misses is in it.
+    """
+
+    def bent(fx: float, fz: float) -> dict[str, Any]:
+        return {"d_v": np.tanh(2.0 * fz - 0.5), "error_d_v": 0.01, "status": "ok"}
+
+    solved(bent)
+    text = re.sub(r"fx = .*\n", "", TEXT).replace("17", "33")
+    study = read_limited(tmp_path, text, "'0.1 m'")
+    assert study.adaptive is not None
+    line = refinement_summary(run_study(study, tmp_path / "limit"), study.adaptive)
+    found = re.search(r"; d_v is 0.1 at fz = ([\d.]+) N \+- ([\d.]+) N$", line)
+    assert found is not None, line
+    place, error = map(float, found.groups())
+    root = (0.5 + np.arctanh(0.1)) / 2.0
+    assert place == pytest.approx(root, abs=1e-3) and 0.005 <= error < 0.01  # the map's is in it
+    coarse = read_limited(tmp_path, text.replace("33", "4"), "'0.1 m'")
+    assert coarse.adaptive is not None
+    line = refinement_summary(run_study(coarse, tmp_path / "few"), coarse.adaptive)
+    found = re.search(r"^solved: all .*; d_v is 0.1 at fz = ([\d.]+) N \+- ([\d.]+) N$", line)
+    assert found is not None, line
+    place, error = map(float, found.groups())
+    assert 0.01 < abs(place - root) < error < 10.0 * abs(place - root)
 
 
 def read_limited(folder: Path, text: str, limit: str) -> Any:

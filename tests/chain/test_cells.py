@@ -1,17 +1,10 @@
 """Crosstalk between cells: what it is made of, symmetries, far apart, plates moved one by one; one touch of several."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from sits_mech.chain.cells import cell_crosstalk, cell_touch, signal_slopes
-from sits_mech.chain.propagation import signal_weights
-from sits_mech.magnetics.sheets import sheets
-from sits_mech.mechanics.cells import cells_pad
-from sits_mech.quantities import Pose
+from sits_mech.chain.cells import cell_crosstalk, cell_touch, forces_read, own_calibration
 from sits_mech.scene.cells import load_cells
-from sits_mech.scene.parts import Conductor, Plate
 from sits_mech.units import SceneError
 
 COIL = (
@@ -19,17 +12,12 @@ COIL = (
     'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}}'
 )
 ONE = f'coils=[{COIL.format("C", "0 mm", "0 mm")}]'
-REST = Pose(0.0, 2e-3)
 
 
 def cells(centres, *keys):
     each = zip("ABC", centres, strict=False)
     places = ", ".join(f'{{name="{name}", centre=[{x}, {y}]}}' for name, (x, y) in each)
     return load_cells("biorob2018", [f"targets=[{places}]", *keys])
-
-
-def shape_of(found):
-    return {key: getattr(found.sensor.target, key) for key in Plate.model_fields}
 
 
 def on_x(half, *keys):
@@ -61,6 +49,36 @@ def test_cells_far_apart_read_nothing_of_each_other():
     assert np.abs(far.total[0, :, 1]).max() < 1e-3 and np.abs(far.magnetic[0, :, 1]).max() < 1e-5
 
 
+def test_cells_of_other_coils_read_other_forces_by_their_own_calibrations():
+    """Of a cell with a coil the part of G_ii is a number, of one with two along y a matrix of two."""
+    coils = [COIL.format("M", "0 mm", "0 mm"), COIL.format("U", "0 mm", "2 mm"), COIL.format("D", "0 mm", "-2 mm")]
+    found = on_x(5e-3, f"coils=[{', '.join(coils)}]", 'targets.A.coils=["M"]', 'targets.B.coils=["U", "D"]')
+    reads, weights = forces_read(found)
+    assert reads == ("F_z", "F_y") and found.coil_names == ["M", "U", "D"]
+    assert np.array_equal(weights != 0.0, [[[1, 0, 0], [0, 0, 0]], [[0, 1, 1], [0, 1, 1]]])
+    C = np.random.default_rng(0).normal(size=(2, 6, 2, 6))
+    S = np.einsum("irc,icp->irp", weights, np.random.default_rng(1).normal(size=(2, 3, 6)))
+    every = np.einsum("irp,ik->irkp", S, np.eye(2))
+    first, second = own_calibration(every, C, reads)
+    own = S[1] @ C[1, :, 1][:, [1, 3]]  # by F_z and F_y
+    assert second == pytest.approx(np.linalg.inv(own)) and first[0, 0] == pytest.approx(1.0 / (S[0, 0] @ C[0, :, 0, 1]))
+    assert np.count_nonzero(first) == 1
+
+
+@pytest.mark.slow
+def test_cells_that_differ_read_each_other_by_their_own_coils():
+    """A small target sinks deeper and moves the large one less; what a cell does not read is none."""
+    pair = f"coils=[{COIL.format('M', '0 mm', '0 mm')}, {COIL.format('L', '-2 mm', '0 mm')}, " \
+           f"{COIL.format('R', '2 mm', '0 mm')}]"
+    found = cell_crosstalk(on_x(4.8e-3, pair, 'elastomer.width="30 mm"', 'targets.A.coils=["L", "R"]',
+                                'targets.B.coils=["M"]', 'targets.B.width="6 mm"', 'targets.B.length="4 mm"'), 0.1)
+    assert found.reads == ("F_z", "F_x") and np.all(np.isnan(found.total[1, 1])) and np.all(np.isfinite(found.total[0]))
+    assert found.total[1, 0, 1, 0] == pytest.approx(1.0) and found.total[0, 1, 0, 1] == pytest.approx(1.0)
+    by_small, by_large = found.total[0, 0, 1, 0], found.total[1, 0, 0, 0]
+    assert by_small < by_large < 0.0  # reciprocal motions, over an own one that is larger of the small target
+    assert np.all(np.isfinite(found.largest))
+
+
 @pytest.mark.slow
 def test_a_row_along_y_is_one_along_x():
     pair = [COIL.format("C1", "-2 mm", "0 mm"), COIL.format("C2", "2 mm", "0 mm")]
@@ -70,62 +88,6 @@ def test_a_row_along_y_is_one_along_x():
     assert one.reads == ("F_z", "F_x") and other.reads == ("F_z", "F_y")
     assert other.total[..., [0, 2]] == pytest.approx(one.total[..., :2], abs=1e-4)
     assert other.error[..., [0, 2]] == pytest.approx(one.error[..., :2], rel=0.05)
-
-
-@pytest.mark.slow
-def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says():
-    """B as a fixed plate in other places, alone by d_v, and both as a press and a shear on B move them, either way.
-
-    A's coil is on the side of B. What comes through fields, 0.4 and 1.2 % of what is read, brings the whole nearer.
-    """
-    pair = on_x(4.8e-3, f'coils=[{COIL.format("C", "2 mm", "0 mm")}]', 'elastomer.width="30 mm"')
-    S, off = (each[0, 0] for each in signal_slopes(pair, signal_weights(pair.sensor)[:1], 1e-2))
-
-    def half_change(A, B):
-        read = []
-        for way in (1.0, -1.0):
-            d_h, d_v, alpha, *_ = REST.components + way * B
-            x, z = np.array([np.sin(alpha), np.cos(alpha)]) * pair.parts[0].thickness / 2.0
-            plate = Conductor(name="B", centre=(9.6e-3 + d_h + x, 0.0, d_v + z), alpha=alpha, **shape_of(pair))
-            scene = pair.sensor.model_copy(update={"elastomer": None, "conductors": (plate,)})
-            pose = Pose(*(REST.components + way * A))
-            read.append(sheets(scene, 1e-3).impedance(pose, scene.frequency).L[0, 0])
-        return (read[0] - read[1]) / 2.0
-
-    sunk = 1e-4 * np.eye(6)[1]
-    assert S[1, 1] == pytest.approx(half_change(0.0 * sunk, sunk) / 1e-4, abs=off[1, 1]) and off[1, 1] < 0.1 * S[1, 1]
-    found, C = cell_crosstalk(pair), cells_pad(pair).compliances[-1]
-    own = S[0] @ C[0, :, 0, 1]
-    for force, load, size in ((0, 1, 1.0), (1, 0, 0.3)):  # F_z, F_x
-        by_hand = half_change(size * C[0, :, 1, load], size * C[1, :, 1, load]) / (size * own)
-        whole, silicone = (each[0, 0, 1, force] for each in (found.total, found.mechanical))
-        assert whole == pytest.approx(by_hand, rel=0.01) and abs(whole - by_hand) < 0.6 * abs(silicone - by_hand)
-
-
-@pytest.mark.slow
-def test_third_targets_change_slopes_by_no_more_than_their_share():
-    """In a row at 1.2 widths the first one moves: seen by the next, and by the one beyond, among all and in pairs."""
-    row = cells([(-9.6e-3, 0.0), (0.0, 0.0), (9.6e-3, 0.0)], ONE, 'elastomer.width="40 mm"')
-    S, off = (each[:, 0, 0, 1] for each in signal_slopes(row, signal_weights(row.sensor)[:1], 1e-2))
-    plates = tuple(Conductor(name=f"P{k}", centre=(k * 9.6e-3, 0.0, 2.1e-3), **shape_of(row)) for k in (1, 2))
-    among = np.zeros(3)
-    for seen in (1, 2):
-        coils = row.coils_at(np.array([seen * 9.6e-3, 0.0]))
-        scene = row.sensor.model_copy(update={"elastomer": None, "conductors": plates, "coils": coils})
-        model = replace(sheets(scene, 1e-2), single=True)
-        down, up = (model.impedance(Pose(0.0, 2e-3 + dz), scene.frequency).L[0, 0] for dz in (-2e-5, 2e-5))
-        among[seen] = (up - down) / 4e-5
-    assert np.all(np.abs(among - S)[1:] < off[1:])
-    assert abs(among[2] / S[2] - 1.0) > 0.05 > abs(among[1] / S[1] - 1.0)  # so that a share is needed, and which
-
-
-@pytest.mark.slow
-def test_slopes_go_on_where_another_preparation_serves_a_gap():
-    """At 2 mm, as wide as coils are deep: change of preparation has no part in differences, which was a slope twice."""
-    wide, one = ONE.replace("turns=5", "turns=12"), np.ones((1, 1))
-    each = [signal_slopes(on_x(half, wide, 'elastomer.width="30 mm"'), one, 0.1)[0] for half in (5e-3, 5.02e-3)]
-    before, after = (S[0, 0, 1, :3] for S in each)
-    assert np.all(np.abs(after / before - 1.0) < 0.05)
 
 
 COILS = "coils=[" + ", ".join(

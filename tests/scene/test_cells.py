@@ -12,6 +12,7 @@ COIL = (
 )
 
 
+OTHER = COIL[:-1] + ", " + COIL[len("coils=["):].replace('"C"', '"D"')  # in the same place
 COVER = 'cover={material="ecoflex-00-30", thickness="0.5 mm", overhang="1 mm"}'
 
 
@@ -27,8 +28,20 @@ def test_a_cell_is_the_scene_without_its_places():
     found = cells('targets.B.centre.0="5.5 mm"')
     assert found.sensor == load_sensor("biorob2018", [COIL]) and found.names == ["A", "B"]
     assert np.array_equal(found.centres, [[-5e-3, 0.0], [5.5e-3, 0.0]])
-    (coil,) = found.coils_at(found.centres[1], "B.")
+    (coil,) = found.coils_at(1, found.centres[1], "B.")
     assert coil.name == "B.C" and coil.centre == (6.5e-3, 0.0)
+
+
+def test_cells_may_have_coils_and_sizes_of_their_own():
+    """Coils of different cells may be in one place about their targets' centres; what is written anew is as before."""
+    found = cells(OTHER, 'targets.A.coils=["C"]', 'targets.B.coils=["D"]', 'targets.B.width="6 mm"',
+                  'targets.B.thickness="1 mm"')
+    assert [own.coil_names for own in found.sensors] == [["C"], ["D"]] == [[name] for name in found.coil_names]
+    assert [plate.extent for plate in found.plates] == [(8e-3, 8e-3), (6e-3, 8e-3)] and found.kinds == [0, 1]
+    assert [plate.load_height for plate in found.plates] == [2e-4, 1e-3] == found.thicknesses.tolist()
+    assert found.gaps[0, 1] == pytest.approx(3e-3) and np.isinf(found.gaps[0, 0])
+    alike = cells('targets.B.coils=["C"]', 'targets.A.width="8 mm"', 'targets.A.length="8 mm"')
+    assert alike.sensors == cells().sensors and alike.kinds == [0, 0]
 
 
 @pytest.mark.parametrize(("keys", "place", "line"), [
@@ -40,7 +53,21 @@ def test_a_cell_is_the_scene_without_its_places():
     (['coils.C.turns=30'], {}, "coils.A.C and coils.B.C overlap"),
     (['targets.1.name="A"'], {}, "targets must have a name of their own each; got 'A' twice"),
     (['targets=[{name="A", centre=[0, 0]}]'], {}, "targets must be two to 9; got 1"),
-    (['targets.A.width="3 mm"'], {}, "targets.A.width: the key must be one of"),
+    (['targets.A.diameter="3 mm"'], {}, "targets.A.diameter: the key must be one of"),
+    (['targets.B.width="9 mm"'], {"x": "3 mm"}, "targets.A and targets.B overlap: their centres must be at least 8.502 "
+     "mm apart along x or 8.002 mm along y; got 8 mm and 0 mm"),
+    (['targets.B.length="21 mm"'], {}, "targets.B must lie on the pad, 20 mm x 20 mm; got a target that reaches 0.5 mm "
+     "over its side along y"),
+    (['targets.A.coils=["D"]'], {}, 'targets.A.coils must be one of C; got "D"'),
+    (['targets.A.coils=[]'], {}, "targets.A.coils must name one coil of the scene or more, each once; got none"),
+    (['targets.A.coils=["C", "C"]'], {}, "must name one coil of the scene or more, each once; got C, C"),
+    ([OTHER, 'targets.A.coils=["C"]', 'targets.B.coils=["C"]'], {}, "coils.D must be of a cell, in coils of one of the "
+     "targets; it is in none"),
+    ([COVER, 'targets.B.thickness="1 mm"'], {}, "targets.B must be as thick as all under one cover, 0.2 mm; got 1 mm"),
+    ([COVER, 'slots=[{x=0, width="1 mm"}]'], {}, "slots must be left out under a cover, which would bridge them; "
+     "got 1"),
+    (['slots=[{x=0, width="1 mm"}]', 'touch={shape="pressure", width="4 mm", length="2 mm"}'], {}, "touch must lie "
+     "beside slots.0, a slot from x = -0.5 mm to 0.5 mm; got a pressure 4 mm x 2 mm at 0 mm, 0 mm"),
     (['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}'], {},
      'target.shape must be "rectangle" where several stand on one pad; got "disc"'),
     (['elastomer={material="ecoflex-00-30", diameter="30 mm", thickness="2 mm"}'], {}, "elastomer must be a box under "

@@ -49,13 +49,14 @@ from sits_mech.scene.sensor import Elastomer, SceneError, Target
 
 GRADING = 2.0
 """Power of the lines' spacing of a pad."""
+NEAR = 1.0
+"""Thicknesses beside the target within which the corner of side and ground is loaded like the target's edge."""
 _EXPONENTS = (0.5, 0.5946)  # of the displacements at the target's edge, in the middle of a face and at a flush corner
 _AROUND = 1  # base cells from a corner of the core to the next middle of a side, and of half the arc where rims cross
 _STRETCH = 3.0  # thicknesses of half target that one base cell more than one is worth
 _LONG = 6.0  # thicknesses from the target's edge from which on cells grow,
 _GROWTH = 3.0  # by so much each
 _REACH = 1.25  # thicknesses beside the target within which the pad is stressed: one base cell does beyond
-_NEAR = 1.0  # thicknesses beside the target within which the corner of side and ground is loaded like the target's edge
 _TALL = 0.5  # thicknesses from which on the rim of a target in its cover has two base cells
 _CLEAR = 2.5e-3  # of a disc's radius that its rim keeps from the sides of a box: cells there would have no width
 
@@ -208,7 +209,7 @@ def graded(split: int, grading: float, layers: int = 0) -> Array:
 def low_corner(plate: PlateOutline, pad: PlateOutline) -> bool:
     """Whether a side of the pad is so near its target that the corner at its foot is graded, too."""
     own = covered(plate, pad)
-    return own is None or min(pad.half_x - own.half_x, pad.half_y - own.half_y) < _NEAR
+    return own is None or min(pad.half_x - own.half_x, pad.half_y - own.half_y) < NEAR
 
 
 def _both_ends(split: int, grading: float, layers: int) -> Array:
@@ -278,7 +279,7 @@ def outside_lines(gap: float, split: int, grading: float, layers: int = 0) -> Ar
     """Return the lines from the target's edge (0) to the pad's side; none but the first where there is no gap."""
     if gap < 1e-9:
         return np.zeros(1)
-    if gap < _NEAR:
+    if gap < NEAR:
         return gap * _both_ends(split, grading, layers)
     near = graded(split, grading, layers)
     if gap <= 1.5 * _REACH:
