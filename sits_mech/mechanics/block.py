@@ -216,7 +216,8 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
         """Make a level of a scene."""
         parts, more = chosen[level]
         own = contact_depth(depth, sizes, level)
-        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more)
+        pressed = contact_depth(_DEPTH, sizes, level)
+        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more, pressed=pressed)
 
     made = cache(partial(made_of, sensor))
 

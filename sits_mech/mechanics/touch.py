@@ -52,7 +52,7 @@ from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, MechanicalMo
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.parts import Target
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.scene.touch import Touch, check_on_target, is_on
+from sits_mech.scene.touch import Touch, check_place, is_on
 from sits_mech.units import millimetres as mm
 
 _STEPS = 15  # of Broyden's method; stable pads take 2 to 5
@@ -153,7 +153,7 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
         raise SceneError('touch.friction: must be "sticking" for shear, torsion or a pull (F_z < 0); got "none"')
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):
-        check_on_target(sensor.touch, _target(sensor), place)
+        check_place(sensor.touch, (_target(sensor), sensor.cover, sensor.elastomer), place)
 
 
 def _check_forces(held: Mapping[str, Sequence[float]], shears: bool) -> None:
@@ -219,6 +219,8 @@ def _target(sensor: Sensor) -> Target:
 def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
     """Return the equilibrium under the wrench that a touch is at its own pose; raises as `touched`."""
     _check(sensor, load)
+    if sensor.cover is not None:
+        return _on_cover(layer, sensor, load, start)
     half = 0.5 * max(_target(sensor).extent)
     lever = np.array([1.0, 0.0, half, 1.0, half, half])  # to displacements, without the height
     q, B = np.zeros(6), np.eye(6)
@@ -247,6 +249,18 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
         q = q + np.divide(B @ (g * lever), lever, out=np.zeros(6), where=lever > 0.0)
     report = replace(found.report, status="touch not held")
     raise SolveFailed("touch: no stable pose was found whose own wrench leads to it", report, found)
+
+
+def _on_cover(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
+    """Return the equilibrium under a touch on a cover, whose model takes it about the middle, moments for its place."""
+    start = None if start is None else replace(start, wrench=_about_middle(sensor, start.wrench))
+    return replace(layer.equilibrium(_about_middle(sensor, load), start=start), wrench=load)
+
+
+def _about_middle(sensor: Sensor, load: Wrench) -> Wrench:
+    """Return a load about the touched point as one about the middle of the top face, both at rest."""
+    x, y = _touch(sensor).place
+    return replace(load, M=load.M + x * load.F_z, M_x=load.M_x - y * load.F_z)
 
 
 def _moves(sensor: Sensor, pose: Array, W: Wrench, there: Wrench) -> float:

@@ -161,7 +161,7 @@ class Sensor(BaseModel):
             check_cover(self.cover, self.target, self.elastomer)
         check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius, self.cover)
         if self.touch is not None:
-            check_touch(self.touch, self.target, covered=self.cover is not None)
+            check_touch(self.touch, self.target, self.cover, self.elastomer)
         return self
 
 

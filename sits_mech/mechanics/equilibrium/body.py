@@ -29,6 +29,7 @@ from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import FaceContact, Faces, face_contact, faces_press
 from sits_mech.mechanics.faces.folds import SelfContact
+from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Integers, Mask
 
@@ -59,6 +60,7 @@ class Bonded:
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
     cut: Callable[[], Mask | None] | None = None
+    press: Press | None = None  # on its cover, by all loads; None: loads act on the target
 
     @cached_property
     def pattern(self) -> Pattern:
@@ -70,7 +72,7 @@ class Bonded:
     @cached_property
     def patch(self) -> Patch | None:
         """The cells at its rims that steps may eliminate; None with contact or a guard, and where these are all."""
-        if self.parts or self.laws.guarded or self.faces.skin is None:
+        if self.parts or self.press or self.laws.guarded or self.faces.skin is None:
             return None
         cells = self.cut() if self.cut is not None else None
         if cells is None:
@@ -107,6 +109,14 @@ class Bonded:
     def with_target(self, q: Array) -> Array:
         """Return the displacements of the bonded nodes at a target's motion, shape (n, d)."""
         return bonded_displacement(self.X, q * self.freed)[:, list(self.mesh.axes)]
+
+    def on_target(self, load: Array) -> Array:
+        """Return what of a load acts on the target itself."""
+        return load if self.press is None else np.zeros_like(load)
+
+    def pressed_by(self, part: Part) -> Bonded:
+        """Return the body with what presses on its cover."""
+        return replace(self, parts=(*self.parts, part))
 
     def near(self, u: Array) -> Bonded:
         """Return the body that holds faces near in a state against each other (faces/folds.py).

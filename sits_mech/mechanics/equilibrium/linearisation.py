@@ -132,7 +132,7 @@ def residuals_of(body: Bonded, here: State) -> Residuals:
     forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
     pattern, k = body.pattern, body.components
     on_target = _border_by_q(body, here.q)[:, :k].T @ forces[pattern.border]
-    on_target = on_target - work_of_load(here.load, body.height, here.q)[:k]
+    on_target = on_target - work_of_load(body.on_target(here.load), body.height, here.q)[:k]
     energy = found.energy + sum(term.energy for term in terms)
     return Residuals(forces, forces[pattern.free], on_target, energy, terms)
 
@@ -150,7 +150,7 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     on_bonded[:, 0] *= 0.5 if body.mesh.hoop else 1.0  # their mean along x, or y, over a turn
-    T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
+    T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, body.on_target(here.load), body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
     return _Linear(numbers, values, T, extra, here)
 
@@ -272,7 +272,7 @@ def stepped(
                     return there, part, after
                 part *= shorter
                 continue
-            gained = work_between(here.load, body.height, (here.q, q), part * dq)
+            gained = work_between(body.on_target(here.load), body.height, (here.q, q), part * dq)
             if not measured or after.energy - found.energy - gained <= _ARMIJO * part * slope + rounding:
                 return there, part, after
         part *= _SHORTEN

@@ -23,6 +23,7 @@ class PathEnd(StrEnum):
     LOST = "lost"  # no state at rest nearby
     SLIPPING = "slipping"  # pressures under friction did not settle
     LONG = "long"  # too many iterations
+    SUNK = "sunk"  # what presses has no room below
     BEYOND = "beyond"  # far beyond the data of the silicone's law
 
 
@@ -38,6 +39,7 @@ REASONS = {
     ),
     PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
     PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
+    PathEnd.SUNK: "beyond this load what presses on the cover sinks in by its radius, or by the cover's thickness",
     PathEnd.BEYOND: "beyond this load the silicone is stretched further than it was tested, and no law is known there",
 }
 """Messages by the reason of an `Outcome`."""

@@ -19,21 +19,25 @@ Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isclose
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
+from sits_mech.mechanics.element.target import all_six
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.limit import pursued
 from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, STANDS, affordable, goes_on, judged, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.quantities import Array
 
 _LOG = logging.getLogger(__name__)
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
+_FIRST, _NARROW = 0.1, 1e-3  # of the room below a shape: the longest step, and the least of one that fails
+_SAME = 1e-7  # of a force, by which that of a shape may be off
 _LEAST = 1.0 / 16.0  # of the first increment, below which none is tried
 
 
@@ -133,11 +137,95 @@ class Swelling(Walk):
         return newton(some, replace(self.here, iterations=0), goal)
 
 
-def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = PathLeg, **options: float) -> Outcome:
+class Pressing(Walk):
+    """What presses on a cover by F_z about a place, ``x = M/F_z, y = -M_x/F_z``: a pressure, or a shape so deep.
+
+    Where a shape stands is what is looked for: deeper, from rest to rest, until its force is above that of the goal,
+    then by secants in F^(2/3), which is linear of a sphere on a half-space (Hertz).
+    """
+
+    def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1.0, most: float = np.inf) -> None:
+        super().__init__(body, start, path, most=min(most, affordable(body)))
+        self.bare = body
+
+    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest of a body that is pressed on."""
+        load, press = all_six(goal), self.bare.press
+        if press is None or not load[1] > 0.0:
+            return super().rest(goal, body=self.bare)
+        place = (load[2] / load[1], -load[4] / load[1])
+        if not press.touches:
+            part = press.load(place, load[[0, 3, 1]] * (1.0, 1.0, -1.0))
+            return super().rest(goal, body=self.bare.pressed_by(part))
+        return self._shape(goal, press, place)
+
+    def _shape(self, goal: Array, press: Press, place: tuple[float, float]) -> Outcome:
+        """Return the rest under a shape that presses by a goal's force."""
+        here, force, spent = replace(self.here, iterations=0), float(goal[1]), 0
+        before = float(here.load[1])
+        first = press.sunk(place, here.u, before)
+        seen, next_, furthest = [(first, 0.0, here)] if before == 0.0 else [], first, np.inf
+        next_ += _FIRST * press.room if before == 0.0 else 0.0
+        while spent < self.most - self.here.iterations:
+            contact = press.contact(place, next_)
+            found = super().rest(goal, _ahead(self.bare, seen, next_) or here, self.bare.pressed_by(contact))
+            spent += found.state.iterations
+            if found.reason:
+                last = seen[-1][0] if seen else first - _FIRST * press.room
+                furthest, next_ = next_, 0.5 * (last + next_)
+                if furthest - last < _NARROW * press.room:
+                    return Outcome(replace(here, iterations=spent), 0.0, found.reason)
+                continue
+            own = float(contact(found.state.u, found.state.q).forces[: here.u.size].reshape(-1, len(press.axes))[:, -1].sum())
+            if abs(own - force) <= _SAME * force:
+                return replace(found, state=replace(found.state, iterations=spent))
+            seen.append((next_, own, found.state))
+            if next_ >= press.room and own < force:
+                return Outcome(replace(here, iterations=spent), 0.0, PathEnd.SUNK)
+            next_ = min(_deeper([each[:2] for each in seen], force, _FIRST * press.room), press.room, 0.5 * (next_ + furthest))
+        return Outcome(replace(here, iterations=spent), 0.0, PathEnd.LONG)
+
+
+def _deeper(seen: Sequence[tuple[float, float]], force: float, step: float) -> float:
+    """Return how deep a shape is to be tried that stood at depths by forces: a step deeper, or between two."""
+    depths, roots = np.array([sunk for sunk, _ in seen]), np.array([max(own, 0.0) for _, own in seen]) ** (2.0 / 3.0)
+    goal, low, high = force ** (2.0 / 3.0), -np.inf, np.inf
+    low = float(depths[roots < goal].max(initial=-np.inf))
+    high = float(depths[roots > goal].min(initial=np.inf))
+    near = np.argsort(np.abs(roots - goal))[:2]
+    if len(near) < 2:
+        return depths[-1] + (step if roots[-1] < goal else -step)
+    slope = (roots[near[1]] - roots[near[0]]) / (depths[near[1]] - depths[near[0]])
+    there = depths[near[0]] + (goal - roots[near[0]]) / slope if slope > 0.0 else np.inf
+    if np.isfinite(high) and np.isfinite(low):
+        return there if low < there < high else 0.5 * (low + high)
+    return min(there, low + step) if np.isfinite(low) else max(there, high - step)
+
+
+def _ahead(body: Bonded, seen: Sequence[tuple[float, float, State]], sunk: float) -> State | None:
+    """Return the state that those at two depths lead to at another; the last one where cells would turn inside out."""
+    if not seen:
+        return None
+    (a, _, before), (b, _, last) = (seen[-1] if len(seen) < 2 else seen[-2]), seen[-1]
+    if a == b:
+        return last
+    share = (sunk - b) / (b - a)
+    u, q, p = (own + share * (own - old) for own, old in zip(
+        (last.u, last.q, last.p), (before.u, before.q, before.p), strict=True))
+    u[body.bonded] = body.with_target(q)
+    least = smallest_volume(body, u, everywhere=False)
+    return replace(last, u=u, q=q, p=p, min_J=least, known=None) if least > 0.0 else last
+
+
+def advance(
+    body: Bonded, start: State, path: Path, rule: Callable[..., Walk] | None = None, **options: float
+) -> Outcome:
     """Follow a path from a state at rest under its first goal by a rule; ``reached == path.legs`` at the end.
 
-    `options` are the rule's. A body finds it once for the same numbers.
+    The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
+    same numbers.
     """
+    rule = rule or (PathLeg if body.press is None else Pressing)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:

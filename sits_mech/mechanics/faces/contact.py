@@ -10,6 +10,7 @@ With y = (a, e, b) the place in the target's frame, a and e along its bottom fac
 lengths in thicknesses:
 
     ground      d = -z
+    shape       d = depth below the surface of a rigid shape that stands in space (rigid.py), on the top of a cover
     plane       d = b, on faces under the target; the plane goes on beyond it
     wall        d = depth inside the target's outline, and phi(d) s(b), on faces beside the target: s rises smoothly
                 from 0 at b = 0, the edge, to 1 a little above
@@ -72,6 +73,7 @@ pressure of before.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,7 +87,7 @@ from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Array, Integers
 from sits_mech.rotations import cross_matrix
 
-Plane = Literal["ground", "plane", "wall", "mirror"]
+Plane = Literal["ground", "plane", "wall", "mirror", "shape"]
 Jet = tuple[Array, Array, Array]
 """A function at m points: value (m,), slope (m, k) and curvature (m, k, k) in k variables."""
 
@@ -99,7 +101,8 @@ _SLIPS = 1.0 + 1e-9  # x of points that slip: those that slipped before begin an
 class Contact:
     """Free faces before a rigid surface.
 
-    `plane`: "ground", "plane" (the target's), "wall" (the target's sides) or "mirror" (the plane of symmetry).
+    `plane`: "ground", "plane" (the target's), "wall" (the target's sides), "mirror" (the plane of symmetry) or "shape",
+    one that stands in space (rigid.py).
     """
 
     surface: Surface
@@ -109,6 +112,7 @@ class Contact:
     level: float = 0.0  # y of the plane of symmetry [thicknesses]
     friction: float = 0.0  # coefficient
     grip: Grip | None = None  # friction in one increment of a path; None: points slip freely
+    shape: Callable[[Array], Jet] | None = None  # how deep points (m, 3) lie in a shape
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
@@ -120,7 +124,7 @@ class Contact:
 
     def _pushed(self, u: Array, q: Array) -> tuple[Integers, float, Array, Array]:
         """Return which faces are pushed; energy, forces (f, d k + 6), stiffnesses on displacements and q."""
-        faces, held = self.surface, self.plane in ("ground", "mirror")
+        faces, held = self.surface, self.plane in ("ground", "mirror", "shape")
         r, R = self._frame(u, q)
         f, p, _ = faces.shape.shape
         y = (r @ R).reshape(-1, 3)
@@ -160,13 +164,15 @@ class Contact:
     def _frame(self, u: Array, q: Array) -> tuple[Array, Array]:
         """Return places of points from the surface's origin, shape (f, p, 3), and the rotation of its frame."""
         place = self.surface.places(u)
-        if self.plane in ("ground", "mirror"):
+        if self.plane in ("ground", "mirror", "shape"):
             return place, np.eye(3)
         centre, turn = placed(q)
         return place - centre - (0.0, 0.0, 1.0), turn
 
     def _depths(self, y: Array) -> tuple[Jet, float, Jet | None]:
         """Return the arguments of `pressed` at points, (x, y, z) before the ground, (a, e, b) before the target."""
+        if self.shape is not None:
+            return self.shape(y), self.depth, None
         if self.plane == "ground":
             return _linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth, None
         if self.plane == "mirror":

@@ -67,6 +67,7 @@ from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.pad.stack import shape_on_cover
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask
@@ -259,7 +260,8 @@ def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[
 
     @wraps(make)
     def made(sensor: Sensor, /, *asked: _Asked.args, **more: _Asked.kwargs) -> Levels:
-        families, name = _families(sensor.target, sensor.elastomer, sensor.cover), (make, *asked, *more.items())
+        families = _families(sensor.target, sensor.elastomer, sensor.cover, shape_on_cover(sensor))
+        name = (make, *asked, *more.items())
         if name not in families:
             families[name] = make(sensor, *asked, **more)
         return families[name]

@@ -91,7 +91,16 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     """
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
-        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
+        body = levels.maker(level)
+        if body.press is not None:  # what presses is found again on each mesh
+            start = prolonged(levels, level, state) or unloaded(body)
+            found = advance(body, start, Path((start.load, goal), held))
+            if found.reason:
+                return
+            state, before = replace(found.state, known=None), state
+            yield replace(found, state=state, off=0.0 * goal)
+            continue
+        enough = 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
         start, found = None if given else prolonged(levels, level, state), None
         if start is not None:
             found = nearly_at_rest(body, start, goal, held, enough, eliminating=True)

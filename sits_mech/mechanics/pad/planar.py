@@ -88,7 +88,8 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
     def made_of(scene: Sensor, level: int) -> Bonded:
         """Make a level of a scene."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
-        return bonded_body(scene, SectionFineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
+        pressed = contact_depth(_DEPTH, SIZES, level)
+        return bonded_body(scene, SectionFineness(int(SIZES[level]), kind.grading, True, guard, own, axial, pressed))
 
     def changed(other: Sensor, level: int) -> Bonded | None:
         """Make a level of a changed scene."""

@@ -63,6 +63,7 @@ from sits_mech.mechanics.pad.stack import (
     interfaces,
     laws_of,
     layer_of_cells,
+    press_on,
     widened,
 )
 from sits_mech.quantities import Array, Integers, Mask
@@ -81,6 +82,7 @@ class SectionFineness:
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
     axial: bool = False  # the half of a section at x >= 0, about the axis x = 0
+    pressed: float = 0.0  # contact depth of what presses on a cover [thicknesses]
 
 
 def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
@@ -98,10 +100,11 @@ def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     of = layer_of_cells(sensor, own.mesh)
     guard = min(fineness.guard, GUARD_SHARE * float(laws_of(sensor, of).K.min()))
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
+    press = press_on(sensor, fineness.pressed, partial(_top, own))
     return Bonded(
         own.mesh, laws_of(sensor, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0,
-        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
+        parts=parts, guarded=guard > 0.0, press=press,
+        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0, None if press is None else press.surface),
     )
 
 
@@ -232,6 +235,14 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
 
 
+@lru_cache(maxsize=8)
+def _top(own: _Numbered, cover: Covering, count: int) -> Surface:
+    """Return so many points on each edge of the top of a cover."""
+    x, z = own.mesh.nodes.T
+    line = np.flatnonzero(np.abs(z - cover.levels[1]) < 1e-9)
+    return edge_points(own.mesh, [line[np.argsort(x[line])]], count)
+
+
 def _around(mesh: MixedMesh, target: PlateOutline, line: Integers) -> Faces:
     """Return the free faces of a covered layer along a line, none of which can meet the target."""
     none = np.zeros(0, dtype=np.int64)
@@ -247,11 +258,12 @@ def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) ->
 
 
 @lru_cache(maxsize=32)
-def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
+def _pattern(own: _Numbered, guarded: bool, touching: bool, pressed: Surface | None) -> Pattern:
     """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
-    numbers = (own.mesh.dofs, *(term.numbers for term in terms))
+    more = () if pressed is None else (pressed.numbers,)
+    numbers = (own.mesh.dofs, *(term.numbers for term in terms), *more)
     return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 
 

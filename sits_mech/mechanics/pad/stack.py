@@ -18,17 +18,23 @@ bonded media.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import Laws, law_of
 from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.mechanics.faces.rigid import Press
+from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, stack_of
+from sits_mech.scene.touch import Touch
 
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
+_CONTACT, _AREA = 5, 24  # points along an edge of a face, of a shape's contact and of an area that ends within it
 _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 
 
@@ -71,6 +77,26 @@ def covering(sensor: Sensor) -> Covering | None:
     each = zip(cover.extent(target, elastomer), pad, strict=True)
     x, y = (widened(min(own, size) / (2.0 * t), size / (2.0 * t)) for own, size in each)
     return Covering(x, y, target.thickness / t, cover.thickness / t)
+
+
+def press_on(sensor: Sensor, depth: float, top: Callable[[Covering, int], Surface]) -> Press | None:
+    """Return what presses on a scene's cover with a depth of contact [thicknesses]; None without.
+
+    `top` makes so many points along each edge of the faces of its top.
+    """
+    touch, cover, over = shape_on_cover(sensor), sensor.cover, covering(sensor)
+    if touch is None or cover is None or over is None or sensor.elastomer is None:
+        return None
+    t, points = sensor.elastomer.thickness, _AREA if touch.shape == "pressure" else _CONTACT
+    room = min(cover.thickness, touch.radius or math.inf) / t
+    return Press(touch, top(over, _CONTACT), top(over, points), depth, over.levels[1], room, t)
+
+
+def shape_on_cover(sensor: Sensor) -> Touch | None:
+    """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
+    if sensor.touch is None or sensor.cover is None:
+        return None
+    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None})
 
 
 def widened(half: float, half_layer: float) -> float:
