@@ -161,29 +161,30 @@ class Pressing(Walk):
 
     def _shape(self, goal: Array, press: Press, place: tuple[float, float]) -> Outcome:
         """Return the rest under a shape that presses by a goal's force."""
-        here, force, spent = replace(self.here, iterations=0), float(goal[1]), 0
-        before = float(here.load[1])
-        first = press.sunk(place, here.u, before)
-        seen, next_, furthest = [(first, 0.0, here)] if before == 0.0 else [], first, np.inf
-        next_ += _FIRST * press.room if before == 0.0 else 0.0
+        here, force, spent, failed = replace(self.here, iterations=0), float(goal[1]), 0, PathEnd.LONG
+        first, step = press.sunk(place, here.u, float(here.load[1])), _FIRST * press.room
+        seen = [] if here.load[1] > 0.0 else [(first, 0.0, here)]
+        sunk, deepest = first + step * len(seen), press.room
         while spent < self.most - self.here.iterations:
-            contact = press.contact(place, next_)
-            found = super().rest(goal, _ahead(self.bare, seen, next_) or here, self.bare.pressed_by(contact))
+            contact, low = press.contact(place, sunk), seen[-1][0] if seen else first - step
+            found = super().rest(goal, _ahead(self.bare, seen, sunk) or here, self.bare.pressed_by(contact))
             spent += found.state.iterations
             if found.reason:
-                last = seen[-1][0] if seen else first - _FIRST * press.room
-                furthest, next_ = next_, 0.5 * (last + next_)
-                if furthest - last < _NARROW * press.room:
-                    return Outcome(replace(here, iterations=spent), 0.0, found.reason)
-                continue
-            own = float(contact(found.state.u, found.state.q).forces[: here.u.size].reshape(-1, len(press.axes))[:, -1].sum())
-            if abs(own - force) <= _SAME * force:
-                return replace(found, state=replace(found.state, iterations=spent))
-            seen.append((next_, own, found.state))
-            if next_ >= press.room and own < force:
-                return Outcome(replace(here, iterations=spent), 0.0, PathEnd.SUNK)
-            next_ = min(_deeper([each[:2] for each in seen], force, _FIRST * press.room), press.room, 0.5 * (next_ + furthest))
-        return Outcome(replace(here, iterations=spent), 0.0, PathEnd.LONG)
+                deepest, failed = sunk, found.reason
+            else:
+                own = press.force(contact, found.state.u, found.state.q)
+                if abs(own - force) <= _SAME * force:
+                    return replace(found, state=replace(found.state, iterations=spent))
+                seen.append((sunk, own, found.state))
+                low = sunk if own < force else low
+                if sunk == press.room and own < force:
+                    failed = PathEnd.SUNK
+            sunk = _deeper([each[:2] for each in seen], force, step) if seen else low
+            if sunk >= deepest:
+                sunk = press.room if deepest == press.room else 0.5 * (low + deepest)
+            if failed is not PathEnd.LONG and deepest - low < _NARROW * press.room:
+                break
+        return Outcome(replace(here, iterations=spent), 0.0, failed)
 
 
 def _deeper(seen: Sequence[tuple[float, float]], force: float, step: float) -> float:

@@ -32,6 +32,7 @@ from sits_mech.scene.touch import Touch
 
 NOWHERE = PlateOutline(0.0, 0.0, False)
 _FAR = 1e9  # thicknesses, half the length of a cylinder that goes on beyond the cover
+_TRIED = (0.1, 0.3, 0.6, 0.9)  # of the room, where a shape is expected to press more
 _TINY, _TOUCHING = 1e-12, 1e-12  # lengths that are divided by; a force by which a shape touches
 
 
@@ -103,14 +104,14 @@ class Press:
         """Whether it is a shape, whose contact is solved, and not a pressure."""
         return self.touch.shape != "pressure"
 
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """Those of x, y, z along which the face moves."""
-        return self.surface.axes
-
     def contact(self, place: tuple[float, float], sunk: float) -> Contact:
         """Return the contact of a shape above a place whose lowest point is so far below the face at rest."""
         return Contact(self.surface, "shape", self.depth, NOWHERE, shape=self._shape((*place, self.top - sunk)))
+
+    def force(self, contact: Contact, u: Array, q: Array) -> float:
+        """Return the force of a shape in a state."""
+        on_nodes = contact(u, q).forces[: u.size]
+        return float(on_nodes.reshape(-1, len(self.surface.axes))[:, -1].sum())
 
     def load(self, place: tuple[float, float], force: Array) -> DeadLoad:
         """Return the forces (x, y, z) of a pressure on its area about a place."""
@@ -134,7 +135,8 @@ class Press:
             d, slope, _ = replace(shape, lowest=(*place, self.top - sunk))(points)
             return float(weight @ (pressure(d / self.depth)[1] * slope[:, 2])) - max(force, _TOUCHING)
 
-        return float(brentq(left, -self.room, 2.0 * self.room))
+        above = next((part * self.room for part in _TRIED if left(part * self.room) > 0.0), None)
+        return 0.0 if above is None else float(brentq(left, -self.room, above))
 
     def _shape(self, lowest: tuple[float, float, float]) -> Rigid:
         """Return the shape with its lowest point at a place."""

@@ -59,16 +59,19 @@ from sits_mech.mechanics.pad.stack import (
     GUARD_SHARE,
     Covering,
     Interface,
+    Pressed,
     covering,
     interfaces,
     laws_of,
     layer_of_cells,
     press_on,
+    pressed_part,
     widened,
 )
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
+_SAME_LINE = 1e-6  # thicknesses, or cells, that are rounding
 _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
@@ -95,7 +98,7 @@ def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = fitting_fillet(fillet, t) if fillet.radius > 0.0 else fillet
-    section = Section(fillet, interfaces(elastomer), covering(sensor))
+    section = Section(fillet, interfaces(elastomer), covering(sensor), pressed_part(sensor))
     own = _numbered(section, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
     of = layer_of_cells(sensor, own.mesh)
     guard = min(fineness.guard, GUARD_SHARE * float(laws_of(sensor, of).K.min()))
@@ -114,6 +117,7 @@ class Section(NamedTuple):
     fillet: Fillet
     between: tuple[Interface, ...]
     cover: Covering | None = None
+    pressed: Pressed = Pressed()
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +169,7 @@ def covered_faces(mesh: MixedMesh, half: float, cover: Covering) -> Integers:
 
 def _mesh(section: Section, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
     """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
-    fillet, _, cover = section
+    fillet, _, cover, _ = section
     (x, z, corners), least = _lines(section, cells, grading), 0.0 if axial else -np.inf
     mesh = section_mesh(
         x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None,
@@ -184,7 +188,7 @@ def _filled(half_target: float, cover: Covering, middles: Array) -> Mask:
 
 def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, list[tuple[float, float]]]:
     """Return lines along x and z, and the singular corners."""
-    fillet, between, cover = section
+    fillet, between, cover, pressed = section
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
@@ -195,13 +199,27 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
     if cover is not None:
         breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
+        if 0.0 < pressed.edge < cover.half_x - _SAME_LINE:
+            breaks = sorted({*breaks, -pressed.edge, pressed.edge})
     x, z = (
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
+    x = _divided(x, pressed.near, 0.5 * pressed.near / cells)
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
     rims += [(half_layer, 0.0), (half_target, 1.0)]
     return x, z, [*((side * a, b) for a, b in rims for side in (-1.0, 1.0)), *sides]
+
+
+def _divided(lines: Array, near: float, size: float) -> Array:
+    """Return lines whose cells within a distance of the axis are divided into parts no larger than a size."""
+    if near == 0.0:
+        return lines
+    parts = [
+        np.linspace(a, b, int(np.ceil((b - a) / size - _SAME_LINE)) if min(abs(a), abs(b)) < near else 1, endpoint=False)
+        for a, b in pairwise(lines)
+    ]
+    return np.append(np.concatenate(parts), lines[-1])
 
 
 @lru_cache(maxsize=32)

@@ -92,6 +92,27 @@ def press_on(sensor: Sensor, depth: float, top: Callable[[Covering, int], Surfac
     return Press(touch, top(over, _CONTACT), top(over, points), depth, over.levels[1], room, t)
 
 
+class Pressed(NamedTuple):
+    """What of a cover's top is pressed on about the axis [thicknesses of the pad]."""
+
+    near: float = 0.0  # half the width that a round shape may meet, where cells are divided evenly
+    edge: float = 0.0  # where a flat one, or a pressure, ends: a line
+
+
+def pressed_part(sensor: Sensor) -> Pressed:
+    """Return what of a cover's top is pressed on; nothing without.
+
+    A round shape that is sunk by half its room d meets less than ``(2 R d)^(1/2)``.
+    """
+    touch, cover = shape_on_cover(sensor), sensor.cover
+    if touch is None or cover is None or sensor.elastomer is None:
+        return Pressed()
+    t, half = sensor.elastomer.thickness, 0.5 * (touch.diameter or touch.width or 0.0)
+    if touch.radius is None:
+        return Pressed(0.0, (half - (touch.edge_radius or 0.0)) / t)
+    return Pressed(math.sqrt(touch.radius * min(cover.thickness, touch.radius)) / t)
+
+
 def shape_on_cover(sensor: Sensor) -> Touch | None:
     """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
     if sensor.touch is None or sensor.cover is None:
