@@ -151,6 +151,11 @@ class Bonded:
         """Whether friction holds points of its faces in an increment of a path."""
         return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
 
+    @cached_property
+    def meets(self) -> bool:
+        """Whether a rigid shape presses on its cover."""
+        return any(isinstance(part, Contact) and part.shape is not None for part in self.parts)
+
     def reach(self, thickness: float = 1.0) -> Array:
         """Return the factors from motion components to displacements of the target's edge, shape (6,) [1, m]."""
         x, y = (float(each) for each in np.abs(self.X[:, :2]).max(axis=0) * thickness)

@@ -217,13 +217,13 @@ def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> f
 def _done(body: Bonded, steps: Steps, left: list[float], last: tuple[Array, float]) -> bool:
     """Whether iterations with some residuals end: at rest, or without hope; or after a last step, taken whole, of q."""
     if steps.enough is None:
-        return left[-1] <= SETTLED or _hopeless(left, body.slips)
+        return left[-1] <= SETTLED or _hopeless(left, body.slips or body.meets)
     small = last[1] == 1.0 and body.length(last[0]) <= steps.enough
     return small and (not steps.eliminating or left[-1] <= _NEAR)
 
 
 def _hopeless(left: list[float], slips: bool) -> bool:
-    """Whether residuals do not converge: not finite or, unless points slip, no smaller after some steps."""
+    """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some."""
     return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 

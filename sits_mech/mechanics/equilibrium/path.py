@@ -161,30 +161,29 @@ class Pressing(Walk):
 
     def _shape(self, goal: Array, press: Press, place: tuple[float, float]) -> Outcome:
         """Return the rest under a shape that presses by a goal's force."""
-        here, force, spent, failed = replace(self.here, iterations=0), float(goal[1]), 0, PathEnd.LONG
-        first, step = press.sunk(place, here.u, float(here.load[1])), _FIRST * press.room
-        seen = [] if here.load[1] > 0.0 else [(first, 0.0, here)]
-        sunk, deepest = first + step * len(seen), press.room
+        here, force, spent = replace(self.here, iterations=0), float(goal[1]), 0
+        sunk, step = press.sunk(place, here.u, float(here.load[1])), _FIRST * press.room
+        seen, reason = [] if here.load[1] > 0.0 else [(sunk, 0.0, here)], PathEnd.LONG
+        sunk += step * len(seen)
         while spent < self.most - self.here.iterations:
-            contact, low = press.contact(place, sunk), seen[-1][0] if seen else first - step
+            contact = press.contact(place, sunk)
             found = super().rest(goal, _ahead(self.bare, seen, sunk) or here, self.bare.pressed_by(contact))
             spent += found.state.iterations
             if found.reason:
-                deepest, failed = sunk, found.reason
-            else:
-                own = press.force(contact, found.state.u, found.state.q)
-                if abs(own - force) <= _SAME * force:
-                    return replace(found, state=replace(found.state, iterations=spent))
-                seen.append((sunk, own, found.state))
-                low = sunk if own < force else low
-                if sunk == press.room and own < force:
-                    failed = PathEnd.SUNK
-            sunk = _deeper([each[:2] for each in seen], force, step) if seen else low
-            if sunk >= deepest:
-                sunk = press.room if deepest == press.room else 0.5 * (low + deepest)
-            if failed is not PathEnd.LONG and deepest - low < _NARROW * press.room:
+                reason, near = found.reason, min((depth for depth, _, _ in seen), key=lambda own: abs(own - sunk), default=sunk)
+                if abs(near - sunk) < _NARROW * press.room:
+                    break
+                sunk = 0.5 * (near + sunk)
+                continue
+            own = press.force(contact, found.state.u, found.state.q)
+            if abs(own - force) <= _SAME * force:
+                return replace(found, state=replace(found.state, iterations=spent))
+            seen.append((sunk, own, found.state))
+            if sunk == press.room and own < force:
+                reason = PathEnd.SUNK
                 break
-        return Outcome(replace(here, iterations=spent), 0.0, failed)
+            sunk = min(_deeper([each[:2] for each in seen], force, step), press.room)
+        return Outcome(replace(here, iterations=spent), 0.0, reason)
 
 
 def _deeper(seen: Sequence[tuple[float, float]], force: float, step: float) -> float:
@@ -204,15 +203,17 @@ def _deeper(seen: Sequence[tuple[float, float]], force: float, step: float) -> f
 
 
 def _ahead(body: Bonded, seen: Sequence[tuple[float, float, State]], sunk: float) -> State | None:
-    """Return the state that those at two depths lead to at another; the last one where cells would turn inside out."""
-    if not seen:
+    """Return the state that the two nearest depths in contact lead to at another; the nearest one where cells invert."""
+    order = sorted(seen, key=lambda each: abs(each[0] - sunk))
+    if not order:
         return None
-    (a, _, before), (b, _, last) = (seen[-1] if len(seen) < 2 else seen[-2]), seen[-1]
-    if a == b:
+    (b, force, last), *others = order
+    before = next((each for each in others if each[1] > 0.0), None)
+    if before is None or force == 0.0:
         return last
-    share = (sunk - b) / (b - a)
-    u, q, p = (own + share * (own - old) for own, old in zip(
-        (last.u, last.q, last.p), (before.u, before.q, before.p), strict=True))
+    share = (sunk - b) / (b - before[0])
+    pairs = zip((last.u, last.q, last.p), (before[2].u, before[2].q, before[2].p), strict=True)
+    u, q, p = (own + share * (own - old) for own, old in pairs)
     u[body.bonded] = body.with_target(q)
     least = smallest_volume(body, u, everywhere=False)
     return replace(last, u=u, q=q, p=p, min_J=least, known=None) if least > 0.0 else last
