@@ -114,10 +114,6 @@ class Bonded:
         """Return what of a load acts on the target itself."""
         return load if self.press is None else np.zeros_like(load)
 
-    def pressed_by(self, part: Part) -> Bonded:
-        """Return the body with what presses on its cover."""
-        return replace(self, parts=(*self.parts, part))
-
     def near(self, u: Array) -> Bonded:
         """Return the body that holds faces near in a state against each other (faces/folds.py).
 
@@ -151,10 +147,9 @@ class Bonded:
         """Whether friction holds points of its faces in an increment of a path."""
         return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
 
-    @cached_property
-    def meets(self) -> bool:
-        """Whether a rigid shape presses on its cover."""
-        return any(isinstance(part, Contact) and part.shape is not None for part in self.parts)
+    def meets(self, load: Array) -> bool:
+        """Whether a rigid shape presses on its cover by a load."""
+        return self.press is not None and self.press.meets(load)
 
     def reach(self, thickness: float = 1.0) -> Array:
         """Return the factors from motion components to displacements of the target's edge, shape (6,) [1, m]."""
@@ -193,12 +188,13 @@ class State:
     iterations: int = 0  # linear solves
     min_J: float = 1.0  # smallest J at quadrature points; at rest, at the elements' nodes too
     known: Deformed | None = field(default=None, repr=False)  # cached deformation; see `deformed_state`
+    height: float = np.nan  # of a shape that presses on its cover, above the place where it touches at rest [thicknesses]
     grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 
 def border(mesh: MixedMesh, bonded: Integers) -> Integers:
-    """Return the numbers of the bonded displacements and of the six components of q."""
-    return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(6)])
+    """Return the numbers of the bonded displacements, of the six components of q, and of a shape's height."""
+    return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(7)])
 
 
 def rest(body: Bonded) -> State:

@@ -91,7 +91,9 @@ def newton(
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
-    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    load = np.where(held, start.load, goal)
+    height = np.nan if body.press is None else body.press.height(start.u, load)
+    here = replace(start, load=load, height=height, known=deformed_state(body, start))
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
     length = part = taken = 0.0
@@ -102,7 +104,7 @@ def newton(
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
-        if count == most or _done(body, steps, left, (off, taken)):
+        if count == most or _done(steps, left, (body.length(off), taken), body.slips or body.meets(goal)):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
@@ -209,16 +211,16 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), body.rounding)
-    left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
+    left = float(np.linalg.norm([np.linalg.norm(found.free), np.linalg.norm(found.target), found.shape])) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf
 
 
-def _done(body: Bonded, steps: Steps, left: list[float], last: tuple[Array, float]) -> bool:
+def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: bool) -> bool:
     """Whether iterations with some residuals end: at rest, or without hope; or after a last step, taken whole, of q."""
     if steps.enough is None:
-        return left[-1] <= SETTLED or _hopeless(left, body.slips or body.meets)
-    small = last[1] == 1.0 and body.length(last[0]) <= steps.enough
+        return left[-1] <= SETTLED or _hopeless(left, slips)
+    small = last[1] == 1.0 and last[0] <= steps.enough
     return small and (not steps.eliminating or left[-1] <= _NEAR)
 
 

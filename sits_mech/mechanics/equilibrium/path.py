@@ -19,25 +19,21 @@ Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from math import isclose
 
 import numpy as np
 
-from sits_mech.mechanics.element.target import all_six
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, smallest_volume
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.limit import pursued
-from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, STANDS, affordable, goes_on, judged, newton
+from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, PLAIN, STANDS, affordable, goes_on, judged, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
-from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.quantities import Array
 
 _LOG = logging.getLogger(__name__)
 _CUT = 0.25  # of an increment that fails, where the path goes on by its length
 _LOOKS = 3  # how often a step is solved with more and more faces that meet
-_FIRST, _NARROW = 0.1, 1e-3  # of the room below a shape: the longest step, and the least of one that fails
-_SAME = 1e-7  # of a force, by which that of a shape may be off
 _LEAST = 1.0 / 16.0  # of the first increment, below which none is tried
 
 
@@ -45,6 +41,7 @@ class Walk:
     """A path that is followed: an increment is halved where nothing comes to rest, and doubled up to the first."""
 
     judges = True  # whether a rest must be stable to count
+    steps = PLAIN  # of Newton's method, tried first
 
     def __init__(self, body: Bonded, start: State, path: Path, *, step: float = 1.0, most: float = np.inf) -> None:
         self.body, self.here, self.path = body, start, path  # `here`: last state at rest, with all iterations so far
@@ -64,9 +61,9 @@ class Walk:
         start = start or replace(self.here, iterations=0)
         self.body = (body or self.body).near(start.u)
         for _ in range(_LOOKS):
-            found = newton(self.body, start, goal, self.path.held)
+            found = newton(self.body, start, goal, self.path.held, steps=self.steps)
             spent, wanders = found.state.iterations, found.reason and not found.length > LONGEST
-            if wanders and not self.body.slips and self.here.iterations + spent < self.most:
+            if wanders and not (self.steps.falling or self.body.slips) and self.here.iterations + spent < self.most:
                 found = newton(self.body, start, goal, self.path.held, steps=DESCENT)
                 found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
             wider = self.body if found.reason else self.body.near(found.state.u)
@@ -138,85 +135,33 @@ class Swelling(Walk):
 
 
 class Pressing(Walk):
-    """What presses on a cover by F_z about a place, ``x = M/F_z, y = -M_x/F_z``: a pressure, or a shape so deep.
+    """A cover that is pressed on, by increments of the force; the path is not followed by its length.
 
-    Where a shape stands is what is looked for: deeper, from rest to rest, until its force is above that of the goal,
-    then by secants in F^(2/3), which is linear of a sphere on a half-space (Hertz).
+    The potential is descended; from where a shape hardly touches, and few points carry it, it is let in softly first.
     """
+
+    steps = DESCENT
 
     def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1.0, most: float = np.inf) -> None:
         super().__init__(body, start, path, most=min(most, affordable(body)))
-        self.bare = body
 
     def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
-        """Return the rest of a body that is pressed on."""
-        load, press = all_six(goal), self.bare.press
-        if press is None or not load[1] > 0.0:
-            return super().rest(goal, body=self.bare)
-        place = (load[2] / load[1], -load[4] / load[1])
-        if not press.touches:
-            part = press.load(place, load[[0, 3, 1]] * (1.0, 1.0, -1.0))
-            return super().rest(goal, body=self.bare.pressed_by(part))
-        return self._shape(goal, press, place)
-
-    def _shape(self, goal: Array, press: Press, place: tuple[float, float]) -> Outcome:
-        """Return the rest under a shape that presses by a goal's force."""
-        here, force, spent = replace(self.here, iterations=0), float(goal[1]), 0
-        sunk, step = press.sunk(place, here.u, float(here.load[1])), _FIRST * press.room
-        seen, reason = [] if here.load[1] > 0.0 else [(sunk, 0.0, here)], PathEnd.LONG
-        sunk += step * len(seen)
-        while spent < self.most - self.here.iterations:
-            contact = press.contact(place, sunk)
-            found = super().rest(goal, _ahead(self.bare, seen, sunk) or here, self.bare.pressed_by(contact))
-            spent += found.state.iterations
-            if found.reason:
-                reason, near = found.reason, min((depth for depth, _, _ in seen), key=lambda own: abs(own - sunk), default=sunk)
-                if abs(near - sunk) < _NARROW * press.room:
+        """Return the rest under a goal, where what presses has room."""
+        begun, own = replace(start or self.here, iterations=0), body or self.body
+        if (press := own.press) is None or not press.meets(goal):
+            return super().rest(goal, begun, own)
+        found, spent = None, 0
+        for depths in ([press.depth], press.depths)[not press.meets(begun.load) :]:
+            here = begun
+            for depth in depths:
+                found = super().rest(goal, here, replace(own, press=replace(press, depth=depth)))
+                spent, here = spent + found.state.iterations, replace(found.state, iterations=0)
+                if found.reason:
                     break
-                sunk = 0.5 * (near + sunk)
-                continue
-            own = press.force(contact, found.state.u, found.state.q)
-            if abs(own - force) <= _SAME * force:
-                return replace(found, state=replace(found.state, iterations=spent))
-            seen.append((sunk, own, found.state))
-            if sunk == press.room and own < force:
-                reason = PathEnd.SUNK
+            if not found.reason:
                 break
-            sunk = min(_deeper([each[:2] for each in seen], force, step), press.room)
-        return Outcome(replace(here, iterations=spent), 0.0, reason)
-
-
-def _deeper(seen: Sequence[tuple[float, float]], force: float, step: float) -> float:
-    """Return how deep a shape is to be tried that stood at depths by forces: a step deeper, or between two."""
-    depths, roots = np.array([sunk for sunk, _ in seen]), np.array([max(own, 0.0) for _, own in seen]) ** (2.0 / 3.0)
-    goal, low, high = force ** (2.0 / 3.0), -np.inf, np.inf
-    low = float(depths[roots < goal].max(initial=-np.inf))
-    high = float(depths[roots > goal].min(initial=np.inf))
-    near = np.argsort(np.abs(roots - goal))[:2]
-    if len(near) < 2:
-        return depths[-1] + (step if roots[-1] < goal else -step)
-    slope = (roots[near[1]] - roots[near[0]]) / (depths[near[1]] - depths[near[0]])
-    there = depths[near[0]] + (goal - roots[near[0]]) / slope if slope > 0.0 else np.inf
-    if np.isfinite(high) and np.isfinite(low):
-        return there if low < there < high else 0.5 * (low + high)
-    return min(there, low + step) if np.isfinite(low) else max(there, high - step)
-
-
-def _ahead(body: Bonded, seen: Sequence[tuple[float, float, State]], sunk: float) -> State | None:
-    """Return the state that the two nearest depths in contact lead to at another; the nearest one where cells invert."""
-    order = sorted(seen, key=lambda each: abs(each[0] - sunk))
-    if not order:
-        return None
-    (b, force, last), *others = order
-    before = next((each for each in others if each[1] > 0.0), None)
-    if before is None or force == 0.0:
-        return last
-    share = (sunk - b) / (b - before[0])
-    pairs = zip((last.u, last.q, last.p), (before[2].u, before[2].q, before[2].p), strict=True)
-    u, q, p = (own + share * (own - old) for own, old in pairs)
-    u[body.bonded] = body.with_target(q)
-    least = smallest_volume(body, u, everywhere=False)
-    return replace(last, u=u, q=q, p=p, min_J=least, known=None) if least > 0.0 else last
+        reason = PathEnd.SUNK if not found.reason and -found.state.height > press.room else found.reason
+        return replace(found, state=replace(found.state, iterations=spent), reason=reason)
 
 
 def advance(

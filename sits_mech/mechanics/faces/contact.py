@@ -10,7 +10,7 @@ With y = (a, e, b) the place in the target's frame, a and e along its bottom fac
 lengths in thicknesses:
 
     ground      d = -z
-    shape       d = depth below the surface of a rigid shape that stands in space (rigid.py), on the top of a cover
+    shape       d = depth below the surface of a rigid shape that moves up and down alone (rigid.py), on a cover's top
     plane       d = b, on faces under the target; the plane goes on beyond it
     wall        d = depth inside the target's outline, and phi(d) s(b), on faces beside the target: s rises smoothly
                 from 0 at b = 0, the edge, to 1 a little above
@@ -102,7 +102,7 @@ class Contact:
     """Free faces before a rigid surface.
 
     `plane`: "ground", "plane" (the target's), "wall" (the target's sides), "mirror" (the plane of symmetry) or "shape",
-    one that stands in space (rigid.py).
+    one that presses on a cover and has a height of its own (rigid.py).
     """
 
     surface: Surface
@@ -117,14 +117,14 @@ class Contact:
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
         faces, (on, energy, forces, stiffness) = self.surface, self._pushed(u, q)
-        numbers = faces.numbers
+        numbers = faces.numbers if self.shape is None else faces.numbers_of_shape
         whole = np.zeros((*numbers.shape, numbers.shape[1]))
         whole[on] = stiffness
-        return Term(energy, summed(numbers[on], forces, len(u) + 6), numbers, whole)
+        return Term(energy, summed(numbers[on], forces, len(u) + (6 if self.shape is None else 8)), numbers, whole)
 
     def _pushed(self, u: Array, q: Array) -> tuple[Integers, float, Array, Array]:
         """Return which faces are pushed; energy, forces (f, d k + 6), stiffnesses on displacements and q."""
-        faces, held = self.surface, self.plane in ("ground", "mirror", "shape")
+        faces, held = self.surface, self.plane in ("ground", "mirror")
         r, R = self._frame(u, q)
         f, p, _ = faces.shape.shape
         y = (r @ R).reshape(-1, 3)
@@ -139,7 +139,9 @@ class Contact:
         A = np.zeros((len(on), p, 3, 9))
         A[..., :3] = np.eye(3)
         stiffness = np.zeros((len(on), p, 9, 9))
-        if not held:
+        if self.shape is not None:
+            A[..., 2, 5] = -1.0  # it rises
+        elif not held:
             A[..., 3:6], A[..., 6:] = -np.eye(3), cross_matrix(r[on])
             twist = cross_matrix(h)
             stiffness[..., 6:] -= A.swapaxes(-1, -2) @ twist

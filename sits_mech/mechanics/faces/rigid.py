@@ -11,29 +11,37 @@ a point lies below the surface, along its normal, by
     d = e - |max(w, 0)|   outside of the core,      e - max_i w_i   in it.
 
 A pressure is a dead load on an area A of the face at rest: each of its points keeps dF = F dA/A while the face moves.
+The area ends within faces, whose close points say so.
 
-The force of a shape is that on all points, F = sum d(energy)/du_z; it is guided, free of friction, above a place (x, y).
-Lengths in thicknesses of the pad.
+A shape is guided, free of friction, above a place (x, y), under a force F; its height s, minus how deep its lowest point
+is below the face at rest, is one more unknown, with one more equation
+
+    d(energy)/ds + F = 0.
+
+Lengths in thicknesses of the pad, forces in shear moduli times their square.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
 from sits_mech.mechanics.element.assembly import Term
+from sits_mech.mechanics.element.target import all_six
 from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.faces.contact import Contact, Jet, pressure
 from sits_mech.mechanics.faces.surface import Surface
-from sits_mech.quantities import Array, Integers
+from sits_mech.quantities import Array
 from sits_mech.scene.touch import Touch
 
-NOWHERE = PlateOutline(0.0, 0.0, False)
+_NOWHERE = PlateOutline(0.0, 0.0, False)
 _FAR = 1e9  # thicknesses, half the length of a cylinder that goes on beyond the cover
 _TRIED = (0.1, 0.3, 0.6, 0.9)  # of the room, where a shape is expected to press more
-_TINY, _TOUCHING = 1e-12, 1e-12  # lengths that are divided by; a force by which a shape touches
+_SOFT, _STEP = 0.01, 10.0  # of the room, the first depth by which a shape is let in; of one over the next
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -75,21 +83,12 @@ class Rigid:
 
 
 @dataclass(frozen=True, eq=False)
-class DeadLoad:
-    """Forces on nodes of a surface that stay as they are."""
-
-    forces: Array  # (d n,)
-    numbers: Integers  # of the surface, as those of a contact there
-
-    def __call__(self, u: Array, q: Array) -> Term:
-        """Return their energy and what they leave on the nodes; they have no stiffness."""
-        none = np.zeros((*self.numbers.shape, self.numbers.shape[1]))
-        return Term(-float(self.forces @ u), np.concatenate([-self.forces, np.zeros(6)]), self.numbers, none)
-
-
-@dataclass(frozen=True, eq=False)
 class Press:
-    """What presses on the top of a cover, and the faces that it may meet."""
+    """What presses on the top of a cover, and the faces that it may meet.
+
+    Loads are those on a target about the middle of its top face: a force F_z with moments that say where it presses,
+    ``x = M/F_z, y = -M_x/F_z``.
+    """
 
     touch: Touch  # at rest in the middle
     surface: Surface  # the cover's top
@@ -100,47 +99,62 @@ class Press:
     thickness: float  # of the pad [m]
 
     @property
-    def touches(self) -> bool:
-        """Whether it is a shape, whose contact is solved, and not a pressure."""
-        return self.touch.shape != "pressure"
+    def depths(self) -> tuple[float, ...]:
+        """Depths of contact on the way to its own, by which a shape is let in."""
+        found = [_SOFT * self.room]
+        while found[-1] > 2.0 * _STEP * self.depth:
+            found.append(found[-1] / _STEP)
+        return (*found, self.depth)
 
-    def contact(self, place: tuple[float, float], sunk: float) -> Contact:
-        """Return the contact of a shape above a place whose lowest point is so far below the face at rest."""
-        return Contact(self.surface, "shape", self.depth, NOWHERE, shape=self._shape((*place, self.top - sunk)))
+    def meets(self, load: Array) -> bool:
+        """Whether a shape presses by a load: its height is unknown."""
+        return self.touch.shape != "pressure" and bool(load[1] > 0.0)
 
-    def force(self, contact: Contact, u: Array, q: Array) -> float:
-        """Return the force of a shape in a state."""
-        on_nodes = contact(u, q).forces[: u.size]
-        return float(on_nodes.reshape(-1, len(self.surface.axes))[:, -1].sum())
+    def __call__(self, u: Array, load: Array, height: float) -> Term:
+        """Return the energy, less the work of a load, (k,), with forces on displacements, q and the shape's height."""
+        if not self.meets(load):
+            return self._pressure(u, load)
+        place, numbers = self._place(load), len(u) + 6
+        found = Contact(self.surface, "shape", self.depth, _NOWHERE, shape=self._shape(place, height))(u, np.zeros(6))
+        found.forces[numbers] += load[1]
+        return found._replace(energy=found.energy + float(load[1]) * height)
 
-    def load(self, place: tuple[float, float], force: Array) -> DeadLoad:
-        """Return the forces (x, y, z) of a pressure on its area about a place."""
-        points, half = self.points, np.abs(self.touch.border).max(axis=0) / self.thickness
-        away = np.abs(points.rest[..., :2] - place)
+    def height(self, u: Array, load: Array) -> float:
+        """Return where a shape stands that presses by a load on a face displaced by u, which stays; nan without."""
+        if not self.meets(load):
+            return math.nan
+        points, weight = self.surface.places(u).reshape(-1, 3), self.surface.weight.ravel()
+
+        def left(height: float) -> float:
+            """Return what is left of the force at a height."""
+            d, slope, _ = self._shape(self._place(load), height)(points)
+            return float(weight @ (pressure(d / self.depth)[1] * slope[:, 2])) - float(load[1])
+
+        below = next((-part * self.room for part in _TRIED if left(-part * self.room) > 0.0), None)
+        return math.nan if below is None else float(brentq(left, below, self.room))
+
+    def _pressure(self, u: Array, load: Array) -> Term:
+        """Return the term of a pressure, which has no stiffness."""
+        (F_x, F_z, _, F_y, _, _), points = all_six(load), self.points
+        half, force = np.abs(self.touch.border).max(axis=0) / self.thickness, np.array([F_x, F_y, -F_z])
+        away = np.abs(points.rest[..., :2] - (self._place(load) if F_z else 0.0))
         inside = np.hypot(*np.moveaxis(away, -1, 0)) <= half[0] if self.touch.diameter else np.all(away <= half, axis=-1)
         weight = points.weight * inside
-        each = np.einsum("fp,fpk->fk", weight / max(float(weight.sum()), _TINY), points.shape)
-        axes = list(points.axes)
-        found = np.zeros((points.size, len(axes)))
-        np.add.at(found, points.nodes, each[..., None] * force[axes])
-        return DeadLoad(found.ravel(), self.surface.numbers)
+        share = np.einsum("fp,fpk->fk", weight / max(float(weight.sum()), _TINY), points.shape)
+        on_nodes = np.zeros((points.size, len(points.axes)))
+        np.add.at(on_nodes, points.nodes, share[..., None] * force[list(points.axes)])
+        numbers = self.surface.numbers_of_shape
+        forces = np.concatenate([-on_nodes.ravel(), np.zeros(8)])
+        return Term(float(forces[: len(u)] @ u), forces, numbers, np.zeros((*numbers.shape, numbers.shape[1])))
 
-    def sunk(self, place: tuple[float, float], u: Array, force: float) -> float:
-        """Return how deep a shape stands that presses by a force on a face displaced by u, which stays."""
-        points = self.surface.places(u).reshape(-1, 3)
-        weight, shape = self.surface.weight.ravel(), self._shape((*place, self.top))
+    def _place(self, load: Array) -> tuple[float, float]:
+        """Return where a load presses."""
+        whole = all_six(load)
+        return float(whole[2] / whole[1]), float(-whole[4] / whole[1])
 
-        def left(sunk: float) -> float:
-            """Return what is left of the force at a depth."""
-            d, slope, _ = replace(shape, lowest=(*place, self.top - sunk))(points)
-            return float(weight @ (pressure(d / self.depth)[1] * slope[:, 2])) - max(force, _TOUCHING)
-
-        above = next((part * self.room for part in _TRIED if left(part * self.room) > 0.0), None)
-        return 0.0 if above is None else float(brentq(left, -self.room, above))
-
-    def _shape(self, lowest: tuple[float, float, float]) -> Rigid:
-        """Return the shape with its lowest point at a place."""
-        touch, t = self.touch, self.thickness
+    def _shape(self, place: tuple[float, float], height: float) -> Rigid:
+        """Return the shape above a place."""
+        touch, t, lowest = self.touch, self.thickness, (*place, self.top + height)
         if touch.shape == "sphere":
             return Rigid((0.0,), (touch.radius or 0.0) / t, lowest)
         if touch.shape == "cylinder":

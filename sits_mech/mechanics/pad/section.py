@@ -280,7 +280,7 @@ def _pattern(own: _Numbered, guarded: bool, touching: bool, pressed: Surface | N
     """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
-    more = () if pressed is None else (pressed.numbers,)
+    more = () if pressed is None else (pressed.numbers_of_shape,)
     numbers = (own.mesh.dofs, *(term.numbers for term in terms), *more)
     return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 

@@ -85,7 +85,7 @@ class NumberedMesh:
 def _pattern(own: NumberedMesh, touching: bool, pressed: Surface | None, hidden: bool = False) -> Pattern:
     """Make the pattern with or without contact and a face that is pressed on, of the unknowns or what is hidden."""
     faces = [surface.numbers for _, surface in own.surfaces if touching]
-    faces += [] if pressed is None else [pressed.numbers]
+    faces += [] if pressed is None else [pressed.numbers_of_shape]
     return pattern(own.mesh, (own.mesh.dofs, *faces), own.free(hidden), border(own.mesh, own.bonded))
 
 

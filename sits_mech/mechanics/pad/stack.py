@@ -34,6 +34,8 @@ from sits_mech.scene.touch import Touch
 
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
+PRESSED = 1e-4
+"""Thicknesses over which the pressure of a shape on a cover builds up: it stands as much too deep."""
 _CONTACT, _AREA = 2, 24  # points along an edge of a face, of a shape's contact and of an area that ends within it
 _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 
