@@ -34,6 +34,9 @@ has not gone through zero: det B > 0. A touch in the middle that turns nothing l
 Loads: a wrench on a touched target is taken about the touched point; one with moments touches elsewhere,
 ``x - x_0 = M/F_z, y - y_0 = -M_x/F_z``, so that symmetry.py turns and mirrors touches as it does wrenches.
 
+On a cover (`[cover]`) a touch is no wrench: contact is solved with the pad (faces/rigid.py), in one solve, and a load
+about the middle says by its moments where it presses.
+
 Left out: friction between the two, the way to the load, an indenter or a target that gives.
 """
 
@@ -151,6 +154,8 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
         _check_forces(held, shears)
     if sensor.touch.friction == "none" and (shears or any(held["M_z"]) or min(held["F_z"]) < 0.0):
         raise SceneError('touch.friction: must be "sticking" for shear, torsion or a pull (F_z < 0); got "none"')
+    if sensor.cover is not None and any(held["M_z"]):
+        raise SceneError(f"M_z: must be 0 for a {sensor.touch.words}, which does not turn a cover; got some")
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):
         check_place(sensor.touch, (_target(sensor), sensor.cover, sensor.elastomer), place)
@@ -175,10 +180,20 @@ def touch_wrench(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:
                   M_z=float(M[2]) + load.M_z)
 
 
-def contact_point(sensor: Sensor, load: Wrench, pose: Pose) -> tuple[Array, Array]:
-    """Return where a load touches at a pose, x, y, z in space [m], and the normal of the target's face there."""
-    r, R = _arm(sensor, load, pose.components)
-    return pose.centre + _target(sensor).thickness * R[:, 2] + r, R[:, 2]
+def contact_point(
+    sensor: Sensor, load: Wrench, pose: Pose, sunk: tuple[float, float] | None = None
+) -> tuple[Array, Array]:
+    """Return where a load touches at a pose, x, y, z in space [m], and the normal of the target's face there.
+
+    On a cover it is the lowest point of what presses, upright, `sunk` as of the equilibrium; a pressure moves with the
+    target.
+    """
+    target = _target(sensor)
+    if sensor.cover is None or sensor.elastomer is None:
+        r, R = _arm(sensor, load, pose.components)
+        return pose.centre + target.thickness * R[:, 2] + r, R[:, 2]
+    low = float(pose.d_v) if sunk is None else sensor.elastomer.standoff + sensor.elastomer.thickness - sunk[0]
+    return np.array([*_place(sensor, load), low + target.thickness + sensor.cover.thickness]), np.array([0.0, 0.0, 1.0])
 
 
 def _arm(sensor: Sensor, load: Wrench, pose: Array) -> tuple[Array, Array]:
@@ -253,14 +268,9 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
 
 def _on_cover(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
     """Return the equilibrium under a touch on a cover, whose model takes it about the middle, moments for its place."""
-    start = None if start is None else replace(start, wrench=_about_middle(sensor, start.wrench))
-    return replace(layer.equilibrium(_about_middle(sensor, load), start=start), wrench=load)
-
-
-def _about_middle(sensor: Sensor, load: Wrench) -> Wrench:
-    """Return a load about the touched point as one about the middle of the top face, both at rest."""
-    x, y = _touch(sensor).place
-    return replace(load, M=load.M + x * load.F_z, M_x=load.M_x - y * load.F_z)
+    start = None if start is None else replace(start, wrench=touch_wrench(sensor, start.wrench, np.zeros(6)))
+    found = layer.equilibrium(touch_wrench(sensor, load, np.zeros(6)), start=start)
+    return replace(found, wrench=load)
 
 
 def _moves(sensor: Sensor, pose: Array, W: Wrench, there: Wrench) -> float:

@@ -186,6 +186,13 @@ def stack_of(sensor: Sensor) -> tuple[Layer | Cover, ...]:
     return own if sensor.cover is None else (*own, sensor.cover)
 
 
+def shape_on_cover(sensor: Sensor) -> Touch | None:
+    """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
+    if sensor.touch is None or sensor.cover is None:
+        return None
+    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None})
+
+
 def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:
     """Return the silicones of a sensor's pad from the ground up, its cover's last; none without a pad."""
     return tuple(layer.silicone for layer in stack_of(sensor))

@@ -145,11 +145,11 @@ def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None
     got = f"got a {touch.words} at x = {mm(place[0])}, y = {mm(place[1])}"
     if cover is None or pad is None:
         if not is_on(touch, target, place):
-            raise SceneError(f"touch: must lie on the target, {_words(target.shape, target.extent)}, as a whole; {got}")
+            raise SceneError(f"touch: must lie on the target, {_words(target.shape, target.extent, target.is_round)}, as a whole; {got}")
         return
-    size, kind = cover.extent(target, pad), "disc" if target.is_round else "rectangle"
-    border, words = touch.border + place, _words(kind, size)
-    on_it = _inside(border if touch.shape == "pressure" else np.array([place]), size, kind == "disc")
+    size, is_round = cover.extent(target, pad), target.is_round
+    border, words = touch.border + place, _words(target.shape, size, is_round)
+    on_it = _inside(border if touch.shape == "pressure" else np.array([place]), size, is_round)
     if not on_it.all():
         must = "as a whole" if touch.shape == "pressure" else "with its lowest point"
         raise SceneError(f"touch: must lie on the cover, {words}, {must}; {got}")
@@ -159,9 +159,9 @@ def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None
             raise SceneError(f"touch.length must reach beyond the cover, {words}, on both sides along {touch.axis}; {got}")
 
 
-def _words(kind: str, size: tuple[float, float]) -> str:
+def _words(shape: str, size: tuple[float, float], is_round: bool) -> str:
     """Name a face of a target or a cover."""
-    return f"a {kind} {mm(size[0])} across" if kind == "disc" else f"a {kind} {' x '.join(map(mm, size))}"
+    return f"a {shape} {mm(size[0])} across" if is_round else f"a {shape} {' x '.join(map(mm, size))}"
 
 
 def _inside(points: Array, size: tuple[float, float], is_round: bool) -> Mask:

@@ -205,4 +205,18 @@ def extrapolated_equilibrium(
     state_kept = np.concatenate([[number], pack_state(fine), pack_state(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
     finest = tuple(pack_state(each.state) for each in found[2:kept])
-    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)
+    sunk = _sunk(levels, [each.state for each in found[:kept]], scales) if body.meets(fine.load) else None
+    pose, wrench = scales.pose(q), scales.wrench(load)
+    return Equilibrium(wrench, pose, Pose.of(error), state_kept, report, shared, finest, sunk=sunk)
+
+
+def _sunk(levels: Levels, states: Sequence[State], scales: Scales) -> tuple[float, float]:
+    """Return how deep a shape on a cover stands, and its error [m]: of meshes, and the depth of contact."""
+    presses = [levels.maker(level).press for level in range(len(states))]
+    each = [
+        np.array([-press.height(state.u, state.load)])
+        for press, state in zip(presses, states, strict=True) if press is not None
+    ]
+    limit = levels.early(each, np.ones(1, dtype=bool), pressed=True) if len(each) == 2 else levels.limit(each, pressed=True)
+    depth = min(press.depth for press in presses if press is not None)
+    return float(limit.value[0]) * scales.thickness, float(limit.error[0] + depth) * scales.thickness

@@ -67,11 +67,10 @@ from sits_mech.mechanics.element.memory import memory_of_box
 from sits_mech.mechanics.element.prolongation import Prolongation
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
-from sits_mech.mechanics.pad.stack import shape_on_cover
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, shape_on_cover
 
 PAIR = 2
 """Number of families of one kind: free, guarded."""

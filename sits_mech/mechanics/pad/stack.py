@@ -29,8 +29,7 @@ from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Integers
-from sits_mech.scene.sensor import Elastomer, Sensor, stack_of
-from sits_mech.scene.touch import Touch
+from sits_mech.scene.sensor import Elastomer, Sensor, shape_on_cover, stack_of
 
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
@@ -113,13 +112,6 @@ def pressed_part(sensor: Sensor) -> Pressed:
     if touch.radius is None:
         return Pressed(0.0, (half - (touch.edge_radius or 0.0)) / t)
     return Pressed(math.sqrt(touch.radius * min(cover.thickness, touch.radius)) / t)
-
-
-def shape_on_cover(sensor: Sensor) -> Touch | None:
-    """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
-    if sensor.touch is None or sensor.cover is None:
-        return None
-    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None})
 
 
 def widened(half: float, half_layer: float) -> float:
