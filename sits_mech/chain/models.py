@@ -186,7 +186,9 @@ def choose_mechanics(
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
     every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
     able = next((each for each in every if each.model.bends), None)
-    if able is None or shape_on_cover(sensor) is not None or _of_a_film(sensor, found) or _bends_by(sensor, loads, able) < HALF * tolerance:
+    if able is None or shape_on_cover(sensor) is not None or _of_a_film(sensor, found):
+        return found
+    if _bends_by(sensor, loads, able) < HALF * tolerance:
         return found
     return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
 

@@ -78,7 +78,8 @@ class Touch(BaseModel):
         if self.edge_radius is None:
             return self
         if self.shape != "punch":
-            raise SceneError(f"edge_radius must be left out of a {self.shape}, which has no edge; got {mm(self.edge_radius)}")
+            got = mm(self.edge_radius)
+            raise SceneError(f"edge_radius must be left out of a {self.shape}, which has no edge; got {got}")
         half = 0.5 * min(each for each in (self.width, self.length, self.diameter) if each is not None)
         if self.edge_radius > half:
             raise SceneError(f"edge_radius must be at most half the punch, {mm(half)}; got {mm(self.edge_radius)}")
@@ -131,8 +132,8 @@ def _check_on_silicone(touch: Touch, cover: Cover, pad: Elastomer) -> None:
     least = _FINEST * cover.thickness
     if touch.shape == "punch" and (touch.edge_radius or 0.0) < least:
         got = "none" if touch.edge_radius is None else mm(touch.edge_radius, 3)
-        raise SceneError(f"touch.edge_radius must be at least {mm(least, 3)} on this cover, whose meshes resolve no sharp "
-                         f"edge; got {got}")
+        raise SceneError(f"touch.edge_radius must be at least {mm(least, 3)} on this cover, whose meshes resolve no "
+                         f"sharp edge; got {got}")
 
 
 def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None:
@@ -145,7 +146,8 @@ def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None
     got = f"got a {touch.words} at x = {mm(place[0])}, y = {mm(place[1])}"
     if cover is None or pad is None:
         if not is_on(touch, target, place):
-            raise SceneError(f"touch: must lie on the target, {_words(target.shape, target.extent, target.is_round)}, as a whole; {got}")
+            words = _words(target.shape, target.extent, target.is_round)
+            raise SceneError(f"touch: must lie on the target, {words}, as a whole; {got}")
         return
     size, is_round = cover.extent(target, pad), target.is_round
     border, words = touch.border + place, _words(target.shape, size, is_round)
@@ -156,7 +158,8 @@ def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None
     if touch.shape == "cylinder":
         along = 0 if touch.axis == "x" else 1
         if np.abs(border[:, along]).min() < 0.5 * size[along]:
-            raise SceneError(f"touch.length must reach beyond the cover, {words}, on both sides along {touch.axis}; {got}")
+            must = f"reach beyond the cover, {words}, on both sides along {touch.axis}"
+            raise SceneError(f"touch.length must {must}; {got}")
 
 
 def _words(shape: str, size: tuple[float, float], is_round: bool) -> str:

@@ -19,7 +19,7 @@ Run ``python -m common.ngsolve_cover_touch`` in studies (some minutes).
 from __future__ import annotations
 
 import sys
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def pressed(case: Case, size: float, eps: float) -> list[tuple[float, float, flo
     energy = mu / 2 * (J ** (-2 / 3) * (ng.InnerProduct(F, F) + hoop**2) - 3) + p * (J - 1) - p * p / (2 * K)
     depth = ng.Parameter(0.0)
 
-    def behind(moved):
+    def behind(moved: Any) -> tuple[Any, Any]:
         """How deep points lie in the sphere."""
         r, z = ng.x + moved[0], ng.y + moved[1] - (top - depth + case.sphere)
         d = case.sphere - ng.sqrt(r * r + z * z)
@@ -122,9 +122,11 @@ def pressed(case: Case, size: float, eps: float) -> list[tuple[float, float, flo
                 if further < 1e-5:
                     raise ArithmeticError(f"reached a depth of {at} mm")
         d, z = behind(state.components[0])
-        own = ng.Integrate(2 * np.pi * eps * d * (-z / (case.sphere - d)) * ng.x, mesh, definedon=mesh.Boundaries("top"), order=12)
-        sink = -ng.Integrate(state.components[0][1], mesh, definedon=mesh.Boundaries("target")) / ng.Integrate(
-            ng.CF(1.0), mesh, definedon=mesh.Boundaries("target"))
+        pressure = 2 * np.pi * eps * d * (-z / (case.sphere - d)) * ng.x
+        own = ng.Integrate(pressure, mesh, definedon=mesh.Boundaries("top"), order=12)
+        around = mesh.Boundaries("target")
+        rises, length = (ng.Integrate(each, mesh, definedon=around) for each in (state.components[0][1], ng.CF(1.0)))
+        sink = -rises / length
         found.append((goal, own, sink))
     sys.stdout.write(f"cells of {size} mm, eps {eps:g} kPa/mm, {space.ndof} unknowns: {found}\n")
     sys.stdout.flush()

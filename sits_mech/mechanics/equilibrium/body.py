@@ -188,7 +188,7 @@ class State:
     iterations: int = 0  # linear solves
     min_J: float = 1.0  # smallest J at quadrature points; at rest, at the elements' nodes too
     known: Deformed | None = field(default=None, repr=False)  # cached deformation; see `deformed_state`
-    height: float = np.nan  # of a shape that presses on its cover, above the place where it touches at rest [thicknesses]
+    height: float = np.nan  # of a shape that presses on its cover, from where it touches at rest [thicknesses]
     grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 

@@ -42,12 +42,11 @@ from sits_mech.mechanics.element.kernel import (
     kinematics,
     volumes,
 )
-from sits_mech.mechanics.element.sideways import harmonic_pattern, harmonic_stiffness, sideways_stiffness
-from sits_mech.mechanics.element.target import between, bonded_tangent, moved, turning, work_between, work_of_load
+from sits_mech.mechanics.element.sideways import off_axis_stiffness
+from sits_mech.mechanics.element.target import bonded_tangent, moved, turning, work_between, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
-from sits_mech.quantities import Array, Integers, Mask
-
-Held = Mask
+from sits_mech.mechanics.equilibrium.outcome import Held, StepTarget, bordered
+from sits_mech.quantities import Array, Integers
 
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
@@ -56,24 +55,6 @@ _ARMIJO = 1e-4  # share of the fall that a step's slope promises, below which th
 _STEEP, _LEAST_STEP = 0.5, 0.05  # slope at the end of a step over that at its beginning; smallest share of it at once
 MIN_J_KEPT = 0.2
 """A step may not shrink the smallest volume ratio below this fraction of its value."""
-
-
-class Arc(NamedTuple):
-    """A plane across a path, ``normal . (q - origin) = ahead``; all of shape (k,), scaled."""
-
-    origin: Array
-    normal: Array
-    ahead: float
-    slope: Array  # derivative of the goal by the part of the path
-
-
-class StepTarget(NamedTuple):
-    """Target of a step: held places with the gaps to them, and the arc with the distance left."""
-
-    held: Held
-    gap: Array
-    arc: Arc | None = None
-    ahead: float = 0.0
 
 
 class NewtonStep(NamedTuple):
@@ -118,14 +99,6 @@ class Factor(NamedTuple):
     step: Array  # step that removes it at fixed q
     made: _Linear
     shape: Array | None = None  # eliminated height of a shape: free displacements, C, S of q and of itself by it
-
-
-def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
-    """Return the gaps to the held places and to the plane of an arc."""
-    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
-    if arc is None:
-        return StepTarget(held, gap)
-    return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
 
 
 def residuals_of(body: Bonded, here: State) -> Residuals:
@@ -230,21 +203,13 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     About an axis those on d_y and alpha_x, (2, 2), without contact.
     """
     if body.mesh.hoop:
-        return _off_axis(body, made)
+        here, nodes = made.at, body.bonded[:, 0] // 2
+        return off_axis_stiffness(body.mesh, body.laws, (here.u, here.p), (nodes, body.X), made.turning[2, 2])
     if body.hidden is None:
         return None
     pattern = body.hidden()
     found = _eliminated(pattern, made, slice(3, 6), np.zeros(len(pattern.free)))
     return np.full((3, 3), np.nan) if found is None else found.stiffness
-
-
-def _off_axis(body: Bonded, made: _Linear) -> Array:
-    """Return the stiffness of a body about an axis on d_y and alpha_x; nan if singular."""
-    here, nodes = made.at, body.bonded[:, 0] // 2
-    own = harmonic_pattern(body.mesh, nodes.tobytes())
-    each = harmonic_stiffness(body.mesh, body.laws, here.u, here.p)
-    found = sideways_stiffness(own, each, body.X, made.turning[2, 2])
-    return np.full((2, 2), np.nan) if found is None else found
 
 
 def way_of(body: Bonded, here: State, found: Residuals, factor: Factor, aim: StepTarget) -> NewtonStep | None:
@@ -328,18 +293,6 @@ def increments(body: Bonded, here: State, factor: Factor, way: NewtonStep) -> tu
     _, F, J = deformed_state(body, here)
     volume = J - body.laws.swelling + (kinematics(F).H * gradients(body.mesh, linear)).sum(axis=-1)
     return linear, body.laws.K * volumes(body.mesh, volume)
-
-
-def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
-    """Return the matrix of a step (dq, dF, dt) along a path (slope, normal); dt is given where the normal is zero."""
-    k, (slope, across) = body.components, path
-    matrix = np.zeros((2 * k + 1, 2 * k + 1))
-    matrix[:k, :k] = stiffness
-    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, q)[:k] for unit in np.eye(k)], axis=1)
-    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * held), np.diag(1.0 * ~held)
-    matrix[k:-1, -1] = -slope
-    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
-    return matrix
 
 
 def _border_by_q(body: Bonded, q: Array) -> Array:

@@ -22,6 +22,7 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -31,13 +32,8 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
-    Arc,
     Factor,
-    Held,
     Residuals,
-    StepTarget,
-    aim_of,
-    bordered,
     factored,
     factored_shapes,
     hidden_stiffness,
@@ -45,7 +41,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Arc, Held, Outcome, Path, PathEnd, StepTarget, aim_of, bordered
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Mask
 
@@ -211,7 +207,7 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), body.rounding)
-    left = float(np.linalg.norm([np.linalg.norm(found.free), np.linalg.norm(found.target), found.shape])) / size
+    left = math.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target), found.shape) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf
 

@@ -27,7 +27,17 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.limit import pursued
-from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, PLAIN, STANDS, affordable, goes_on, judged, newton
+from sits_mech.mechanics.equilibrium.newton import (
+    DESCENT,
+    EASY,
+    LONGEST,
+    PLAIN,
+    STANDS,
+    affordable,
+    goes_on,
+    judged,
+    newton,
+)
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.quantities import Array
 
@@ -150,12 +160,13 @@ class Pressing(Walk):
         begun, own = replace(start or self.here, iterations=0), body or self.body
         if (press := own.press) is None or not press.meets(goal):
             return super().rest(goal, begun, own)
-        found, spent = None, 0
-        for depths in ([press.depth], press.depths)[not press.meets(begun.load) :]:
-            here = begun
+        found, spent = Outcome(begun, reason=PathEnd.LOST), 0
+        for depths in ((press.depth,), press.depths)[not press.meets(begun.load) :]:
+            found = Outcome(begun)
             for depth in depths:
+                here = replace(found.state, iterations=0)
                 found = super().rest(goal, here, replace(own, press=replace(press, depth=depth)))
-                spent, here = spent + found.state.iterations, replace(found.state, iterations=0)
+                spent += found.state.iterations
                 if found.reason:
                     break
             if not found.reason:

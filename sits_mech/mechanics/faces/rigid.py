@@ -13,8 +13,8 @@ a point lies below the surface, along its normal, by
 A pressure is a dead load on an area A of the face at rest: each of its points keeps dF = F dA/A while the face moves.
 The area ends within faces, whose close points say so.
 
-A shape is guided, free of friction, above a place (x, y), under a force F; its height s, minus how deep its lowest point
-is below the face at rest, is one more unknown, with one more equation
+A shape is guided, free of friction, above a place (x, y), under a force F; its height s, of the lowest point above the
+face at rest, is one more unknown, with one more equation
 
     d(energy)/ds + F = 0.
 
@@ -29,9 +29,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.element.assembly import Term
 from sits_mech.mechanics.element.target import all_six
-from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.faces.contact import Contact, Jet, pressure
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Array
@@ -136,13 +136,14 @@ class Press:
     def _pressure(self, u: Array, load: Array) -> Term:
         """Return the term of a pressure, which has no stiffness."""
         (F_x, F_z, _, F_y, _, _), points = all_six(load), self.points
-        half, force = np.abs(self.touch.border).max(axis=0) / self.thickness, np.array([F_x, F_y, -F_z])
+        half = np.maximum(np.abs(self.touch.border).max(axis=0) / self.thickness, _TINY)
         away = np.abs(points.rest[..., :2] - (self._place(load) if F_z else 0.0))
-        inside = np.hypot(*np.moveaxis(away, -1, 0)) <= half[0] if self.touch.diameter else np.all(away <= half, axis=-1)
+        across = np.hypot(*np.moveaxis(away, -1, 0)) / half[0] if self.touch.diameter else (away / half).max(axis=-1)
+        inside = across <= 1.0
         weight = points.weight * inside
         share = np.einsum("fp,fpk->fk", weight / max(float(weight.sum()), _TINY), points.shape)
         on_nodes = np.zeros((points.size, len(points.axes)))
-        np.add.at(on_nodes, points.nodes, share[..., None] * force[list(points.axes)])
+        np.add.at(on_nodes, points.nodes, share[..., None] * np.array([F_x, F_y, -F_z])[list(points.axes)])
         numbers = self.surface.numbers_of_shape
         forces = np.concatenate([-on_nodes.ravel(), np.zeros(8)])
         return Term(float(forces[: len(u)] @ u), forces, numbers, np.zeros((*numbers.shape, numbers.shape[1])))

@@ -17,8 +17,7 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, pack_state, unpack_state
 from sits_mech.mechanics.equilibrium.control import Control, Scales
-from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.outcome import Outcome
+from sits_mech.mechanics.equilibrium.outcome import Held, Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
 from sits_mech.mechanics.levels.refine import finer, refine
@@ -217,6 +216,7 @@ def _sunk(levels: Levels, states: Sequence[State], scales: Scales) -> tuple[floa
         np.array([-press.height(state.u, state.load)])
         for press, state in zip(presses, states, strict=True) if press is not None
     ]
-    limit = levels.early(each, np.ones(1, dtype=bool), pressed=True) if len(each) == 2 else levels.limit(each, pressed=True)
+    two, whole = len(each) == 2, np.ones(1, dtype=bool)
+    limit = levels.early(each, whole, pressed=True) if two else levels.limit(each, pressed=True)
     depth = min(press.depth for press in presses if press is not None)
     return float(limit.value[0]) * scales.thickness, float(limit.error[0] + depth) * scales.thickness

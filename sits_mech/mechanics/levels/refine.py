@@ -28,9 +28,8 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
-from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import affordable, nearly_at_rest
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.outcome import Held, Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.notes import Note
@@ -93,12 +92,12 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     for level in range(2, min(levels.rested, len(levels))):
         body = levels.maker(level)
         if body.press is not None:  # what presses is found again on each mesh
-            start = prolonged(levels, level, state) or unloaded(body)
-            found = advance(body, start, Path((start.load, goal), held))
-            if found.reason:
+            begun = prolonged(levels, level, state) or unloaded(body)
+            ended = replace(advance(body, begun, Path((begun.load, goal), held)), off=0.0 * goal)
+            if ended.reason:
                 return
-            state, before = replace(found.state, known=None), state
-            yield replace(found, state=state, off=0.0 * goal)
+            before, state = state, replace(ended.state, known=None)
+            yield replace(ended, state=state)
             continue
         enough = 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
         start, found = None if given else prolonged(levels, level, state), None

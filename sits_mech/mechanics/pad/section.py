@@ -49,6 +49,7 @@ from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edge_points
 from sits_mech.mechanics.pad.fillet import (
     Fillet,
+    divided_lines,
     drawn_in,
     fillet_lines,
     fitting_fillet,
@@ -66,6 +67,7 @@ from sits_mech.mechanics.pad.stack import (
     layer_of_cells,
     press_on,
     pressed_part,
+    top_points,
     widened,
 )
 from sits_mech.quantities import Array, Integers, Mask
@@ -103,7 +105,7 @@ def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     of = layer_of_cells(sensor, own.mesh)
     guard = min(fineness.guard, GUARD_SHARE * float(laws_of(sensor, of).K.min()))
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
-    press = press_on(sensor, fineness.pressed, partial(_top, own))
+    press = press_on(sensor, fineness.pressed, partial(top_points, own.mesh))
     return Bonded(
         own.mesh, laws_of(sensor, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
         parts=parts, guarded=guard > 0.0, press=press,
@@ -205,21 +207,10 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
-    x = _divided(x, pressed.near, 0.5 * pressed.near / cells)
+    x = divided_lines(x, pressed.near, 2 * cells)
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
     rims += [(half_layer, 0.0), (half_target, 1.0)]
     return x, z, [*((side * a, b) for a, b in rims for side in (-1.0, 1.0)), *sides]
-
-
-def _divided(lines: Array, near: float, size: float) -> Array:
-    """Return lines whose cells within a distance of the axis are divided into parts no larger than a size."""
-    if near == 0.0:
-        return lines
-    parts = [
-        np.linspace(a, b, int(np.ceil((b - a) / size - _SAME_LINE)) if min(abs(a), abs(b)) < near else 1, endpoint=False)
-        for a, b in pairwise(lines)
-    ]
-    return np.append(np.concatenate(parts), lines[-1])
 
 
 @lru_cache(maxsize=32)
@@ -251,14 +242,6 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     ground, other = edge_points(mesh, sides), edge_points(mesh, upper) if upper else edge_points(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if upper else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
-
-
-@lru_cache(maxsize=8)
-def _top(own: _Numbered, cover: Covering, count: int) -> Surface:
-    """Return so many points on each edge of the top of a cover."""
-    x, z = own.mesh.nodes.T
-    line = np.flatnonzero(np.abs(z - cover.levels[1]) < 1e-9)
-    return edge_points(own.mesh, [line[np.argsort(x[line])]], count)
 
 
 def _around(mesh: MixedMesh, target: PlateOutline, line: Integers) -> Faces:

@@ -96,8 +96,8 @@ def bonded_block(
     """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
     `split` parts of each base cell; `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
-    in `SectionFineness`; contact `depth` [thicknesses], 0 for none, and `pressed` of what presses on a cover; `layers` at the target's edge and the faces. A
-    whole pad frees all six components of the motion.
+    in `SectionFineness`; contact `depth` [thicknesses], 0 for none, `pressed` of what presses on a cover; `layers` at
+    the target's edge and the faces. A whole pad frees all six components of the motion.
     """
     return solid(sensor, _meshed(pad_shape(sensor), (split, grading, layers), whole), guard, depth, pressed)
 
@@ -152,7 +152,8 @@ def numbered(
     faces = Faces(nodes, under, outer, plate, (), around, convex, mirror, middle)
     if np.isfinite(mirror) and not convex:
         surfaces = (*surfaces, ("mirror", around.surface))
-    return NumberedMesh(mesh, where, faces, surfaces, half, top=cache(partial(_top, basis, facets)) if covered else None)
+    top = cache(partial(_top, basis, facets)) if covered else None
+    return NumberedMesh(mesh, where, faces, surfaces, half, top=top)
 
 
 def _top(basis: Basis, facets: Integers, cover: Covering, count: int) -> Surface:

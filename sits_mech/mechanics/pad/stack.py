@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import Laws, law_of
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.mechanics.faces.rigid import Press
-from sits_mech.mechanics.faces.surface import Surface
+from sits_mech.mechanics.faces.surface import Surface, edge_points
 from sits_mech.quantities import Integers
 from sits_mech.scene.sensor import Elastomer, Sensor, shape_on_cover, stack_of
 
@@ -93,10 +94,18 @@ def press_on(sensor: Sensor, depth: float, top: Callable[[Covering, int], Surfac
     return Press(touch, top(over, _CONTACT), top(over, points), depth, over.levels[1], room, t)
 
 
+@lru_cache(maxsize=8)
+def top_points(mesh: MixedMesh, cover: Covering, count: int) -> Surface:
+    """Return so many points on each edge of the top of a cover in section."""
+    x, z = mesh.nodes.T
+    line = np.flatnonzero(np.abs(z - cover.levels[1]) < 1e-9)
+    return edge_points(mesh, [line[np.argsort(x[line])]], count)
+
+
 class Pressed(NamedTuple):
     """What of a cover's top is pressed on about the axis [thicknesses of the pad]."""
 
-    near: float = 0.0  # half the width that a round shape may meet, where cells are divided evenly
+    near: float = 0.0  # half the width that a round shape may meet, where cells are divided
     edge: float = 0.0  # where a flat one, or a pressure, ends: a line
 
 
