@@ -309,7 +309,11 @@ class Equilibrium:
     slopes : ndarray, shape (n, 6)
         Derivatives of the pose by numbers of the scene, where they were asked for; n is 0 otherwise.
     acting : Wrench or None
-        What a touch is at this pose, about the middle of the target's top face; None without touch [N, N m].
+        What a touch is at this pose, about the middle of the target's top face; None without touch, and on a cover
+        [N, N m].
+    sunk : tuple of float or None
+        How deep the lowest point of a shape that presses on a cover is below its top at rest, and the error [m]; None
+        without one.
     """
 
     wrench: Wrench
@@ -321,6 +325,7 @@ class Equilibrium:
     finer: tuple[Array, ...] = field(default=(), repr=False)
     slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
     acting: Wrench | None = None
+    sunk: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

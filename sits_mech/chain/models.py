@@ -36,7 +36,7 @@ from sits_mech.plugins import plugged
 from sits_mech.quantities import POSE, WRENCH, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.scene.materials import check_model
 from sits_mech.scene.plausible import check_loads
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, shape_on_cover
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.units import SceneError, checked_tolerance
 
@@ -186,7 +186,9 @@ def choose_mechanics(
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
     every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
     able = next((each for each in every if each.model.bends), None)
-    if able is None or _of_a_film(sensor, found) or _bends_by(sensor, loads, able) < HALF * tolerance:
+    if able is None or shape_on_cover(sensor) is not None or _of_a_film(sensor, found):
+        return found
+    if _bends_by(sensor, loads, able) < HALF * tolerance:
         return found
     return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
 

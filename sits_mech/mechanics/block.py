@@ -54,6 +54,7 @@ from sits_mech.mechanics.pad.solid import (
     pad_scales,
     pad_shape,
 )
+from sits_mech.mechanics.pad.stack import PRESSED
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
@@ -216,7 +217,8 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
         """Make a level of a scene."""
         parts, more = chosen[level]
         own = contact_depth(depth, sizes, level)
-        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more)
+        pressed = contact_depth(PRESSED, sizes, level)
+        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more, pressed=pressed)
 
     made = cache(partial(made_of, sensor))
 

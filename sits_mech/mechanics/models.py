@@ -53,7 +53,7 @@ from sits_mech.mechanics.closed_form import (
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Array, Wrench
-from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
+from sits_mech.scene.sensor import Elastomer, Sensor, Target, shape_on_cover, silicones_of
 from sits_mech.silicone.history import history_share
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
@@ -179,6 +179,8 @@ def _layered(model: str, sensor: Sensor, question: Question, *, rough: bool = Tr
         return Refusal(", ".join(others), f"be zero for {model}, which is plane", "other values")
     if elastomer is None:
         return None
+    if (touch := shape_on_cover(sensor)) is not None:
+        return Refusal("touch", f"be on a bare target for {model}", f"a {touch.words} on a cover")
     if not rough and elastomer.friction > 0.0:
         return Refusal("elastomer.friction", f"be 0 for {model}", f"{elastomer.friction:g}")
     if elastomer.mesh is not None or elastomer.kind == "pillars":
@@ -203,6 +205,9 @@ def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:
     if refusal := coaxial_refusal(sensor):
         return refusal
     others = {name for load in question.loads for name, value in vars(load).items() if value and name != "F_z"}
+    touch = shape_on_cover(sensor)
+    if touch is not None and (touch.shape == "cylinder" or touch.width is not None):
+        return Refusal("touch", "be round for axisymmetric", f"a {touch.words}")
     if others or not question.loads:
         return Refusal("loads", "be F_z alone for axisymmetric", ", ".join(sorted(others)) or "none")
     return _hair(sensor, "axisymmetric")

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sits_mech.quantities import POSE, Array, Equilibrium, Pose, Wrench
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, shape_on_cover
 
 _POLAR, _AXIAL = np.array([0, 3]), np.array([4, 2])  # places of x and y in a wrench and a pose
 _LEFT = 1e-12  # of a turned load: what is less is rounding
@@ -105,6 +105,8 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
         return Symmetry()
     parts = [(target.extent, target.is_round)]
     parts += [] if elastomer is None else [(elastomer.extent, elastomer.is_round)]
+    if (touch := shape_on_cover(sensor)) is not None and (touch.shape == "cylinder" or touch.width is not None):
+        parts.append(((np.ptp(touch.border[:, 0]), np.ptp(touch.border[:, 1])), False))
     if all(is_round for _, is_round in parts):
         return Symmetry("disc")
     return Symmetry("square" if all(size[0] == size[1] for size, _ in parts) else "rectangle")

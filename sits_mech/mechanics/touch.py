@@ -34,6 +34,9 @@ has not gone through zero: det B > 0. A touch in the middle that turns nothing l
 Loads: a wrench on a touched target is taken about the touched point; one with moments touches elsewhere,
 ``x - x_0 = M/F_z, y - y_0 = -M_x/F_z``, so that symmetry.py turns and mirrors touches as it does wrenches.
 
+On a cover (`[cover]`) a touch is no wrench: contact is solved with the pad (faces/rigid.py), in one solve, and a load
+about the middle says by its moments where it presses.
+
 Left out: friction between the two, the way to the load, an indenter or a target that gives.
 """
 
@@ -52,7 +55,7 @@ from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, MechanicalMo
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.parts import Target
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.scene.touch import Touch, check_on_target, is_on
+from sits_mech.scene.touch import Touch, check_place, is_on
 from sits_mech.units import millimetres as mm
 
 _STEPS = 15  # of Broyden's method; stable pads take 2 to 5
@@ -151,9 +154,11 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
         _check_forces(held, shears)
     if sensor.touch.friction == "none" and (shears or any(held["M_z"]) or min(held["F_z"]) < 0.0):
         raise SceneError('touch.friction: must be "sticking" for shear, torsion or a pull (F_z < 0); got "none"')
+    if sensor.cover is not None and any(held["M_z"]):
+        raise SceneError(f"M_z: must be 0 for a {sensor.touch.words}, which does not turn a cover; got some")
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):
-        check_on_target(sensor.touch, _target(sensor), place)
+        check_place(sensor.touch, (_target(sensor), sensor.cover, sensor.elastomer), place)
 
 
 def _check_forces(held: Mapping[str, Sequence[float]], shears: bool) -> None:
@@ -175,10 +180,20 @@ def touch_wrench(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:
                   M_z=float(M[2]) + load.M_z)
 
 
-def contact_point(sensor: Sensor, load: Wrench, pose: Pose) -> tuple[Array, Array]:
-    """Return where a load touches at a pose, x, y, z in space [m], and the normal of the target's face there."""
-    r, R = _arm(sensor, load, pose.components)
-    return pose.centre + _target(sensor).thickness * R[:, 2] + r, R[:, 2]
+def contact_point(
+    sensor: Sensor, load: Wrench, pose: Pose, sunk: tuple[float, float] | None = None
+) -> tuple[Array, Array]:
+    """Return where a load touches at a pose, x, y, z in space [m], and the normal of the target's face there.
+
+    On a cover it is the lowest point of what presses, upright, `sunk` as of the equilibrium; a pressure moves with the
+    target.
+    """
+    target = _target(sensor)
+    if sensor.cover is None or sensor.elastomer is None:
+        r, R = _arm(sensor, load, pose.components)
+        return pose.centre + target.thickness * R[:, 2] + r, R[:, 2]
+    low = float(pose.d_v) if sunk is None else sensor.elastomer.standoff + sensor.elastomer.thickness - sunk[0]
+    return np.array([*_place(sensor, load), low + target.thickness + sensor.cover.thickness]), np.array([0.0, 0.0, 1.0])
 
 
 def _arm(sensor: Sensor, load: Wrench, pose: Array) -> tuple[Array, Array]:
@@ -219,6 +234,8 @@ def _target(sensor: Sensor) -> Target:
 def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
     """Return the equilibrium under the wrench that a touch is at its own pose; raises as `touched`."""
     _check(sensor, load)
+    if sensor.cover is not None:
+        return _on_cover(layer, sensor, load, start)
     half = 0.5 * max(_target(sensor).extent)
     lever = np.array([1.0, 0.0, half, 1.0, half, half])  # to displacements, without the height
     q, B = np.zeros(6), np.eye(6)
@@ -247,6 +264,13 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
         q = q + np.divide(B @ (g * lever), lever, out=np.zeros(6), where=lever > 0.0)
     report = replace(found.report, status="touch not held")
     raise SolveFailed("touch: no stable pose was found whose own wrench leads to it", report, found)
+
+
+def _on_cover(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
+    """Return the equilibrium under a touch on a cover, whose model takes it about the middle, moments for its place."""
+    start = None if start is None else replace(start, wrench=touch_wrench(sensor, start.wrench, np.zeros(6)))
+    found = layer.equilibrium(touch_wrench(sensor, load, np.zeros(6)), start=start)
+    return replace(found, wrench=load)
 
 
 def _moves(sensor: Sensor, pose: Array, W: Wrench, there: Wrench) -> float:

@@ -58,6 +58,7 @@ def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission], half: s
         "error": asdict(found.error),
         "wrench": asdict(found.wrench),
         **({} if found.acting is None else {"acting": asdict(found.acting)}),
+        **({} if found.sunk is None else dict(zip(("sunk", "error_sunk"), found.sunk, strict=True))),
         "report": report_record(found.report, left_out, half=half),
     }
 

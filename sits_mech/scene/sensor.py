@@ -161,7 +161,7 @@ class Sensor(BaseModel):
             check_cover(self.cover, self.target, self.elastomer)
         check_parts(self.coils, self.target, self.elastomer, self.conductors, self.substrate_radius, self.cover)
         if self.touch is not None:
-            check_touch(self.touch, self.target, covered=self.cover is not None)
+            check_touch(self.touch, self.target, self.cover, self.elastomer)
         return self
 
 
@@ -184,6 +184,13 @@ def stack_of(sensor: Sensor) -> tuple[Layer | Cover, ...]:
     """Return the layers of a sensor's pad from the ground up, its cover last; none without a pad."""
     own = () if sensor.elastomer is None else sensor.elastomer.stack
     return own if sensor.cover is None else (*own, sensor.cover)
+
+
+def shape_on_cover(sensor: Sensor) -> Touch | None:
+    """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
+    if sensor.touch is None or sensor.cover is None:
+        return None
+    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None})
 
 
 def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:

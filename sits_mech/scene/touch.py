@@ -1,7 +1,8 @@
-"""Define what touches the target: its shape, where it presses, and how it is held.
+"""Define what touches the target, or its cover: its shape, where it presses, and how it is held.
 
-On the bare target, which is rigid, what touches is rigid as well: a sphere meets it at one point, a cylinder along a
-line, a punch or a pressure over an area. Only the force and its place matter; that of an area is its middle.
+What touches is rigid. On the bare target, which is rigid as well, a sphere meets it at one point, a cylinder along a
+line, a punch or a pressure over an area. Only the force and its place matter; that of an area is its middle. A cover
+gives way below it, so that the shape matters, too.
 """
 
 from __future__ import annotations
@@ -12,8 +13,10 @@ import numpy as np
 from pydantic import BaseModel, model_validator
 
 from sits_mech.inputs import FORM
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.bounds import Coordinate, Length, PressingForce, check_sizes
+from sits_mech.scene.cover import Cover
+from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.outlines import circle, polygon
 from sits_mech.scene.parts import Target
 from sits_mech.units import SLACK, SceneError
@@ -22,10 +25,15 @@ from sits_mech.units import millimetres as mm
 _SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length", "axis")}
 _FACE = ("width", "length", "diameter")
 _KEYS = ("radius", "axis", *_FACE)
+_FINEST = 0.02  # of a cover's thickness, an edge that its meshes resolve
+
+
+Touchable = tuple[Target, Cover | None, Elastomer | None]
+"""A target, its cover, and the pad below."""
 
 
 class Touch(BaseModel):
-    """What presses on the target's top face, in place of a force in its middle.
+    """What presses on the top face of the target, or of its cover, in place of a force in the middle.
 
     Attributes
     ----------
@@ -37,13 +45,16 @@ class Touch(BaseModel):
     friction : str
         "none": it is guided, slides on the target and presses along the normal of its face, which turns with it; a
         pressure stays where it is on the target. "sticking": it keeps its place on the target and the force its
-        direction; a sphere or cylinder rolls there.
+        direction; a sphere or cylinder rolls there. On a cover shapes are guided, without friction, and a pressure
+        keeps its direction whatever is said.
     force : float or None
         By which it presses where a command names no load [N].
     radius, width, length, diameter : float or None
         Of the sphere or cylinder; of the area, width and the other length along x and y; of a cylinder along it [m].
     axis : str or None
         Along which a cylinder lies, "x" or "y".
+    edge_radius : float or None
+        By which the edge of a punch is rounded, that one which presses on a cover needs [m].
     """
 
     model_config = FORM
@@ -57,12 +68,21 @@ class Touch(BaseModel):
     length: Length | None = None
     diameter: Length | None = None
     axis: Literal["x", "y"] | None = None
+    edge_radius: Length | None = None
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:
         """Refuse a shape without its sizes, or with those of another."""
         needed = _SIZES.get(self.shape, ("diameter",) if self.diameter is not None else ("width", "length"))
         check_sizes(self, needed, f"a {self.shape}", _KEYS)
+        if self.edge_radius is None:
+            return self
+        if self.shape != "punch":
+            got = mm(self.edge_radius)
+            raise SceneError(f"edge_radius must be left out of a {self.shape}, which has no edge; got {got}")
+        half = 0.5 * min(each for each in (self.width, self.length, self.diameter) if each is not None)
+        if self.edge_radius > half:
+            raise SceneError(f"edge_radius must be at most half the punch, {mm(half)}; got {mm(self.edge_radius)}")
         return self
 
     @property
@@ -91,26 +111,66 @@ class Touch(BaseModel):
         return f"{self.shape} {sides}" if sides else f"{self.shape} {mm(self.diameter or 0.0)} across"
 
 
-def check_touch(touch: Touch, target: Target | None, *, covered: bool) -> None:
-    """Refuse what touches without a bare target, beside it, over its rim or in a hole, or a force at another height."""
+def check_touch(touch: Touch, target: Target | None, cover: Cover | None, pad: Elastomer | None) -> None:
+    """Refuse what touches without a target, beside it or its cover, over a rim or in a hole, or at another height."""
     if target is None:
         raise SceneError("touch: must come with a target that it presses on; target is missing")
-    if covered:
-        raise SceneError("touch: must press on a bare target, contact with a cover is not solved; got a cover")
     if target.load_height != target.thickness:
         height = mm(target.load_height)
         raise SceneError(f"target.load_height must be left out with touch, which presses on the top face; got {height}")
-    check_on_target(touch, target, touch.place)
+    if cover is not None and pad is not None:
+        _check_on_silicone(touch, cover, pad)
+    check_place(touch, (target, cover, pad), touch.place)
 
 
-def check_on_target(touch: Touch, target: Target, place: tuple[float, float]) -> None:
-    """Raise SceneError where what touches at a place (x, y) on the target [m] is not on it as a whole."""
-    if is_on(touch, target, place):
+def _check_on_silicone(touch: Touch, cover: Cover, pad: Elastomer) -> None:
+    """Refuse a touch that a cover, or the pad below, is not solved under."""
+    if pad.friction > 0.0:
+        raise SceneError(f"elastomer.friction must be 0 with a touch on a cover; got {pad.friction:g}")
+    if touch.friction == "sticking" and touch.shape != "pressure":
+        raise SceneError('touch.friction must be "none" on a cover, but for a pressure; got "sticking"')
+    least = _FINEST * cover.thickness
+    if touch.shape == "punch" and (touch.edge_radius or 0.0) < least:
+        got = "none" if touch.edge_radius is None else mm(touch.edge_radius, 3)
+        raise SceneError(f"touch.edge_radius must be at least {mm(least, 3)} on this cover, whose meshes resolve no "
+                         f"sharp edge; got {got}")
+
+
+def check_place(touch: Touch, on: Touchable, place: tuple[float, float]) -> None:
+    """Raise SceneError where what touches at a place (x, y) of a target, or its cover on a pad, [m] is not on it.
+
+    A target takes it as a whole, as a cover takes a pressure; there the lowest point of a shape must be on it, and a
+    cylinder goes on beyond it.
+    """
+    target, cover, pad = on
+    got = f"got a {touch.words} at x = {mm(place[0])}, y = {mm(place[1])}"
+    if cover is None or pad is None:
+        if not is_on(touch, target, place):
+            words = _words(target.shape, target.extent, target.is_round)
+            raise SceneError(f"touch: must lie on the target, {words}, as a whole; {got}")
         return
-    sizes = " x ".join(map(mm, target.extent)) if not target.is_round else f"{mm(target.extent[0])} across"
-    x, y = place
-    got = f"{touch.words} at x = {mm(x)}, y = {mm(y)}"
-    raise SceneError(f"touch: must lie on the target, a {target.shape} {sizes}, as a whole; got a {got}")
+    size, is_round = cover.extent(target, pad), target.is_round
+    border, words = touch.border + place, _words(target.shape, size, is_round)
+    on_it = _inside(border if touch.shape == "pressure" else np.array([place]), size, is_round)
+    if not on_it.all():
+        must = "as a whole" if touch.shape == "pressure" else "with its lowest point"
+        raise SceneError(f"touch: must lie on the cover, {words}, {must}; {got}")
+    if touch.shape == "cylinder":
+        along = 0 if touch.axis == "x" else 1
+        if np.abs(border[:, along]).min() < 0.5 * size[along]:
+            must = f"reach beyond the cover, {words}, on both sides along {touch.axis}"
+            raise SceneError(f"touch.length must {must}; {got}")
+
+
+def _words(shape: str, size: tuple[float, float], is_round: bool) -> str:
+    """Name a face of a target or a cover."""
+    return f"a {shape} {mm(size[0])} across" if is_round else f"a {shape} {' x '.join(map(mm, size))}"
+
+
+def _inside(points: Array, size: tuple[float, float], is_round: bool) -> Mask:
+    """Whether points (n, 2) lie on a rectangle, or a disc, of some sizes [m]."""
+    half = 0.5 * np.array(size) * (1.0 + SLACK)
+    return np.asarray(np.hypot(*points.T) <= half[0] if is_round else np.all(np.abs(points) <= half, axis=1))
 
 
 def is_on(touch: Touch, target: Target, place: tuple[float, float]) -> bool:
@@ -121,7 +181,4 @@ def is_on(touch: Touch, target: Target, place: tuple[float, float]) -> bool:
 
         plate = polygon(target.loops).buffer(SLACK * max(target.extent))
         return bool(plate.covers(shapely.MultiPoint(border).convex_hull))
-    half = 0.5 * np.array(target.extent) * (1.0 + SLACK)
-    if target.is_round:
-        return bool(np.all(np.hypot(*border.T) <= half[0]))
-    return bool(np.all(np.abs(border) <= half))
+    return bool(_inside(border, target.extent, target.is_round).all())

@@ -58,8 +58,27 @@ def test_holes_and_rims_of_round_targets_count():
     assert is_on(disc.touch, disc.target, (3.9e-3, 0.0)) and not is_on(disc.touch, disc.target, (4.0e-3, 0.0))
 
 
-def test_what_presses_on_a_cover_is_refused():
-    """Its contact is not solved."""
-    cover = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}'
-    with pytest.raises(SceneError, match="touch: must press on a bare target, .* got a cover"):
-        scene('shape="sphere", radius="1 mm"', cover)
+COVER = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}'
+
+
+@pytest.mark.parametrize(("touch", "words"), [
+    ('shape="sphere", radius="1 mm", x="5.1 mm"', "lie on the cover, a rectangle 17 mm x 10 mm, with its lowest point"),
+    ('shape="pressure", width="9 mm", length="12 mm"', "lie on the cover, a rectangle 17 mm x 10 mm, as a whole"),
+    ('shape="sphere", radius="1 mm", friction="sticking"', 'touch.friction must be "none" on a cover'),
+    ('shape="cylinder", radius="1 mm", length="9 mm", axis="x"', "touch.length must reach beyond the cover"),
+    ('shape="punch", width="2 mm", length="2 mm"', "touch.edge_radius must be at least 0.02 mm .* got none"),
+    ('shape="punch", diameter="2 mm", edge_radius="2 mm"', "edge_radius must be at most half the punch, 1 mm; got 2 mm"),
+    ('shape="sphere", radius="1 mm", edge_radius="0.1 mm"', "edge_radius must be left out of a sphere"),
+])
+def test_what_does_not_press_on_a_cover_is_refused(touch, words):
+    """Over a rim, with friction, with ends or sharp edges on it."""
+    with pytest.raises(SceneError, match=words):
+        scene(touch.replace('x="5.1 mm"', 'y="5.1 mm"'), COVER)
+
+
+def test_what_presses_on_a_cover_is_taken():
+    """Beside the target, and a platen beyond the cover, too."""
+    for touch in ('shape="sphere", radius="1 mm", y="4.9 mm"', 'shape="punch", diameter="30 mm", edge_radius="1 mm"'):
+        assert scene(touch, COVER).touch is not None
+    with pytest.raises(SceneError, match="elastomer.friction must be 0 with a touch on a cover; got 0.3"):
+        scene('shape="sphere", radius="1 mm"', COVER, "elastomer.friction=0.3")

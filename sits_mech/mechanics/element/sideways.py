@@ -30,7 +30,7 @@ import numpy as np
 from sits_mech.mechanics.element.assembly import Pattern, pattern
 from sits_mech.mechanics.element.kernel import Laws, deformation, kinematics
 from sits_mech.mechanics.element.mesh import MixedMesh
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Integers
 
 
 def harmonic_stiffness(mesh: MixedMesh, laws: Laws, u: Array, pressure: Array) -> Array:
@@ -62,15 +62,20 @@ def harmonic_pattern(mesh: MixedMesh, bonded: bytes) -> Pattern:
     return pattern(mesh, (numbers,), np.flatnonzero(~fixed.ravel()), border)
 
 
-def sideways_stiffness(own: Pattern, stiffness: Array, X: Array, turning: float) -> Array | None:
-    """Return the stiffness (2, 2) of a target on d_y and alpha_x; None if singular.
+def off_axis_stiffness(
+    mesh: MixedMesh, laws: Laws, state: tuple[Array, Array], bonded: tuple[Integers, Array], turning: float
+) -> Array:
+    """Return the stiffness (2, 2) of a target on d_y and alpha_x, nan if singular, at displacements and pressures.
 
-    `X`: its nodes from its centre, (b, 3); `turning`: what its load and its nodes' forces do as it turns.
+    `bonded`: its nodes, and their places from its centre, (b, 3); `turning`: what its load and its nodes' forces do as
+    it turns.
     """
+    nodes, X = bonded
+    own, stiffness = harmonic_pattern(mesh, nodes.tobytes()), harmonic_stiffness(mesh, laws, *state)
     T = np.zeros((len(X), 3, 2))
     T[:, 0, 0], T[:, 0, 1], T[:, 2, 1] = 1.0, -X[:, 2], X[:, 0]
     factor = own.factored((stiffness,))
     if factor is None:
-        return None
+        return np.full((2, 2), np.nan)
     C, D = own.sides((stiffness,), T.reshape(-1, 2))
     return np.asarray(D + np.diag([0.0, turning]) - C.T @ factor.solve(C))

@@ -29,6 +29,7 @@ from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.faces.contact import Contact
 from sits_mech.mechanics.faces.face_contact import FaceContact, Faces, face_contact, faces_press
 from sits_mech.mechanics.faces.folds import SelfContact
+from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Integers, Mask
 
@@ -59,6 +60,7 @@ class Bonded:
     shared: Callable[[], Pattern] | None = None
     hidden: Callable[[], Pattern] | None = None
     cut: Callable[[], Mask | None] | None = None
+    press: Press | None = None  # on its cover, by all loads; None: loads act on the target
 
     @cached_property
     def pattern(self) -> Pattern:
@@ -70,7 +72,7 @@ class Bonded:
     @cached_property
     def patch(self) -> Patch | None:
         """The cells at its rims that steps may eliminate; None with contact or a guard, and where these are all."""
-        if self.parts or self.laws.guarded or self.faces.skin is None:
+        if self.parts or self.press or self.laws.guarded or self.faces.skin is None:
             return None
         cells = self.cut() if self.cut is not None else None
         if cells is None:
@@ -108,6 +110,10 @@ class Bonded:
         """Return the displacements of the bonded nodes at a target's motion, shape (n, d)."""
         return bonded_displacement(self.X, q * self.freed)[:, list(self.mesh.axes)]
 
+    def on_target(self, load: Array) -> Array:
+        """Return what of a load acts on the target itself."""
+        return load if self.press is None else np.zeros_like(load)
+
     def near(self, u: Array) -> Bonded:
         """Return the body that holds faces near in a state against each other (faces/folds.py).
 
@@ -140,6 +146,10 @@ class Bonded:
     def slips(self) -> bool:
         """Whether friction holds points of its faces in an increment of a path."""
         return any(isinstance(part, Contact) and part.grip is not None for part in self.parts)
+
+    def meets(self, load: Array) -> bool:
+        """Whether a rigid shape presses on its cover by a load."""
+        return self.press is not None and self.press.meets(load)
 
     def reach(self, thickness: float = 1.0) -> Array:
         """Return the factors from motion components to displacements of the target's edge, shape (6,) [1, m]."""
@@ -178,12 +188,13 @@ class State:
     iterations: int = 0  # linear solves
     min_J: float = 1.0  # smallest J at quadrature points; at rest, at the elements' nodes too
     known: Deformed | None = field(default=None, repr=False)  # cached deformation; see `deformed_state`
+    height: float = np.nan  # of a shape that presses on its cover, from where it touches at rest [thicknesses]
     grip: tuple[Array, ...] = field(default=(), repr=False)  # friction tractions (m, 3) of each contact, in its frame
 
 
 def border(mesh: MixedMesh, bonded: Integers) -> Integers:
-    """Return the numbers of the bonded displacements and of the six components of q."""
-    return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(6)])
+    """Return the numbers of the bonded displacements, of the six components of q, and of a shape's height."""
+    return np.concatenate([bonded.ravel(), mesh.nodes.size + np.arange(7)])
 
 
 def rest(body: Bonded) -> State:

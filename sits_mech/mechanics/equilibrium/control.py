@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.linearisation import Held
+from sits_mech.mechanics.equilibrium.outcome import Held
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
 from sits_mech.threads import single_thread
 

@@ -31,9 +31,8 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
-from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import affordable
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Held, Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import Walk, advance, unloaded
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.quantities import Array

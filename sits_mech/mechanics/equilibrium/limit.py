@@ -26,9 +26,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State
-from sits_mech.mechanics.equilibrium.linearisation import Arc
 from sits_mech.mechanics.equilibrium.newton import EASY, LONGEST, STANDS, goes_on, judged, newton, rate
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Arc, Outcome, Path, PathEnd
 from sits_mech.quantities import Array
 
 _LOG = logging.getLogger(__name__)

@@ -42,12 +42,11 @@ from sits_mech.mechanics.element.kernel import (
     kinematics,
     volumes,
 )
-from sits_mech.mechanics.element.sideways import harmonic_pattern, harmonic_stiffness, sideways_stiffness
-from sits_mech.mechanics.element.target import between, bonded_tangent, moved, turning, work_between, work_of_load
+from sits_mech.mechanics.element.sideways import off_axis_stiffness
+from sits_mech.mechanics.element.target import bonded_tangent, moved, turning, work_between, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
-from sits_mech.quantities import Array, Integers, Mask
-
-Held = Mask
+from sits_mech.mechanics.equilibrium.outcome import Held, StepTarget, bordered
+from sits_mech.quantities import Array, Integers
 
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
@@ -58,24 +57,6 @@ MIN_J_KEPT = 0.2
 """A step may not shrink the smallest volume ratio below this fraction of its value."""
 
 
-class Arc(NamedTuple):
-    """A plane across a path, ``normal . (q - origin) = ahead``; all of shape (k,), scaled."""
-
-    origin: Array
-    normal: Array
-    ahead: float
-    slope: Array  # derivative of the goal by the part of the path
-
-
-class StepTarget(NamedTuple):
-    """Target of a step: held places with the gaps to them, and the arc with the distance left."""
-
-    held: Held
-    gap: Array
-    arc: Arc | None = None
-    ahead: float = 0.0
-
-
 class NewtonStep(NamedTuple):
     """Newton's step."""
 
@@ -83,6 +64,7 @@ class NewtonStep(NamedTuple):
     q: Array
     forces: Array  # on the target
     part: float  # of the path
+    height: float = 0.0  # of a shape on a cover
 
 
 class Residuals(NamedTuple):
@@ -93,6 +75,7 @@ class Residuals(NamedTuple):
     target: Array  # residual on q
     energy: float
     terms: list[Term]
+    shape: float = 0.0  # residual on the height of a shape on a cover
 
 
 class _Linear(NamedTuple):
@@ -100,7 +83,7 @@ class _Linear(NamedTuple):
 
     numbers: tuple[Integers, ...]
     values: Stiffness
-    T: Array
+    T: Array  # (b, 7), the last of the height of a shape
     turning: Array
     at: State
 
@@ -115,32 +98,45 @@ class Factor(NamedTuple):
     left: Array  # residual on the free displacements
     step: Array  # step that removes it at fixed q
     made: _Linear
-
-
-def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
-    """Return the gaps to the held places and to the plane of an arc."""
-    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
-    if arc is None:
-        return StepTarget(held, gap)
-    return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
+    shape: Array | None = None  # eliminated height of a shape: free displacements, C, S of q and of itself by it
 
 
 def residuals_of(body: Bonded, here: State) -> Residuals:
     """Return forces and residuals of a layer with its parts."""
     found = element_forces(body.mesh, body.laws, here.u, deformed_state(body, here))
     terms = [term for part in body.parts if len((term := part(here.u, here.q)).numbers)]
-    forces = np.concatenate([found.forces, np.zeros(6)]) + sum(term.forces for term in terms)
+    terms += [] if body.press is None else [body.press(here.u, here.load, here.height)]
+    forces = np.concatenate([found.forces, np.zeros(8)])
+    for term in terms:
+        forces[: len(term.forces)] += term.forces
     pattern, k = body.pattern, body.components
     on_target = _border_by_q(body, here.q)[:, :k].T @ forces[pattern.border]
-    on_target = on_target - work_of_load(here.load, body.height, here.q)[:k]
+    on_target = on_target - work_of_load(body.on_target(here.load), body.height, here.q)[:k]
     energy = found.energy + sum(term.energy for term in terms)
-    return Residuals(forces, forces[pattern.free], on_target, energy, terms)
+    return Residuals(forces, forces[pattern.free], on_target, energy, terms, float(forces[-2]))
 
 
 def factored(body: Bonded, here: State, found: Residuals) -> Factor | None:
     """Linearise about a state and eliminate the free displacements; None if singular."""
-    own = _eliminated(body.pattern, _linearised(body, here, found), slice(0, body.components), found.free)
+    k = body.components
+    freed = [*range(k), *([6] if body.meets(here.load) else [])]
+    own = _eliminated(body.pattern, _linearised(body, here, found), freed, found.free)
+    if own is not None and len(freed) > k:
+        own = _without_height(own)
     return None if own is None else own._replace(stiffness=on_motions(body, own.stiffness))
+
+
+def _without_height(own: Factor) -> Factor | None:
+    """Eliminate the height of a shape, the last of the motions; None where nothing holds it."""
+    by, S = own.by_q[:, -1], own.stiffness[-1]
+    if not S[-1] > 0.0:
+        return None
+    shape = np.concatenate([by, own.side[:, -1], S])
+    ahead = S[:-1] / S[-1]
+    return own._replace(
+        by_q=own.by_q[:, :-1] - by[:, None] * ahead, side=own.side[:, :-1], shape=shape,
+        stiffness=own.stiffness[:-1, :-1] - S[:-1, None] * ahead,
+    )
 
 
 def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
@@ -150,7 +146,8 @@ def _linearised(body: Bonded, here: State, found: Residuals) -> _Linear:
     on_bonded = np.zeros((len(body.bonded), 3))
     on_bonded[:, list(body.mesh.axes)] = found.forces[body.bonded]
     on_bonded[:, 0] *= 0.5 if body.mesh.hoop else 1.0  # their mean along x, or y, over a turn
-    T, extra = _border_by_q(body, here.q), turning(on_bonded, body.X, here.load, body.height, here.q)
+    T, extra = _border_by_q(body, here.q), np.zeros((7, 7))
+    extra[:6, :6] = turning(on_bonded, body.X, body.on_target(here.load), body.height, here.q)
     numbers = (body.mesh.dofs, *(term.numbers for term in found.terms))
     return _Linear(numbers, values, T, extra, here)
 
@@ -190,9 +187,9 @@ def bending_equations(
 def _with_shapes(body: Bonded, here: State, found: Residuals, shapes: Array) -> _Linear:
     """Return the terms of the linearisation with `shapes` (n, d, m) of the bonded nodes after the motions."""
     made, m = _linearised(body, here, found), shapes.shape[-1]
-    T = np.pad(made.T, ((0, 0), (0, m)))
+    T = np.pad(made.T[:, :6], ((0, 0), (0, m)))
     T[: body.bonded.size, 6:] = shapes.reshape(-1, m)
-    return made._replace(T=T, turning=np.pad(made.turning, (0, m)))
+    return made._replace(T=T, turning=np.pad(made.turning[:6, :6], (0, m)))
 
 
 def on_motions(body: Bonded, S: Array) -> Array:
@@ -206,7 +203,8 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     About an axis those on d_y and alpha_x, (2, 2), without contact.
     """
     if body.mesh.hoop:
-        return _off_axis(body, made)
+        here, nodes = made.at, body.bonded[:, 0] // 2
+        return off_axis_stiffness(body.mesh, body.laws, (here.u, here.p), (nodes, body.X), made.turning[2, 2])
     if body.hidden is None:
         return None
     pattern = body.hidden()
@@ -214,20 +212,16 @@ def hidden_stiffness(body: Bonded, made: _Linear) -> Array | None:
     return np.full((3, 3), np.nan) if found is None else found.stiffness
 
 
-def _off_axis(body: Bonded, made: _Linear) -> Array:
-    """Return the stiffness of a body about an axis on d_y and alpha_x; nan if singular."""
-    here, nodes = made.at, body.bonded[:, 0] // 2
-    own = harmonic_pattern(body.mesh, nodes.tobytes())
-    each = harmonic_stiffness(body.mesh, body.laws, here.u, here.p)
-    found = sideways_stiffness(own, each, body.X, made.turning[2, 2])
-    return np.full((2, 2), np.nan) if found is None else found
-
-
 def way_of(body: Bonded, here: State, found: Residuals, factor: Factor, aim: StepTarget) -> NewtonStep | None:
     """Return Newton's step; None where there is none."""
     k = body.components
     slope, across = (np.zeros(k), np.zeros(k)) if aim.arc is None else (aim.arc.slope, aim.arc.normal)
     dx = factor.step if found.free is factor.left else factor.of_free.solve(-found.free)
+    height, ahead = 0.0, np.zeros(k)
+    if factor.shape is not None:
+        (by, C), S = factor.shape[: 2 * len(dx)].reshape(2, -1), factor.shape[2 * len(dx) :]
+        height, ahead = -float(found.shape + C @ dx) / float(S[-1]), S[:-1] / S[-1]
+        dx = dx + by * height
     matrix = bordered(body, here.q, factor.stiffness, aim.held, (slope, across))
     try:
         step = np.linalg.solve(matrix, [*-(found.target + factor.side.T @ dx), *aim.gap, aim.ahead])
@@ -237,7 +231,8 @@ def way_of(body: Bonded, here: State, found: Residuals, factor: Factor, aim: Ste
         return None
     further = float(step[-1])
     dq = np.where(aim.held, aim.gap + slope * further, step[:k])
-    return NewtonStep(dx + factor.by_q @ dq, dq, np.where(aim.held, step[k:-1], slope * further), further)
+    forces = np.where(aim.held, step[k:-1], slope * further)
+    return NewtonStep(dx + factor.by_q @ dq, dq, forces, further, height - float(ahead @ dq))
 
 
 def stepped(
@@ -250,12 +245,12 @@ def stepped(
     potential satisfies Armijo's condition (L. Armijo, Pacific J. Math. 16 (1966) 1). Under friction the slope at the
     end counts instead, as the tangent changes within a hair of slip.
     """
-    slope = float(way.free @ found.free + way.q @ found.target)
+    slope = float(way.free @ found.free + way.q @ found.target + way.height * found.shape)
     loose = not np.any(way.q[held])
     measured = falling and loose and way.part == 0.0 and np.isfinite(found.energy)
     if measured and slope > 0.0:
         way, slope = NewtonStep._make(-part for part in way), -slope
-    (linear, p_full), (_, dq, forces, _), part = increments(body, here, factor, way), way, 1.0
+    (linear, p_full), dq, forces, part = increments(body, here, factor, way), way.q, way.forces, 1.0
     rounding = _ROUNDING * (float(body.mesh.inside.weights.sum()) + abs(found.energy))
     while part > _SHORTEST:
         u, q = here.u + part * linear, moved(here.q, part * dq)
@@ -264,7 +259,10 @@ def stepped(
         min_J = smallest_volume(body, u, everywhere=False, known=known)
         if min_J > MIN_J_KEPT * min(here.min_J, 1.0):
             p = here.p + part * (p_full - here.p)
-            there = replace(here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known)
+            there = replace(
+                here, u=u, q=q, p=p, min_J=min_J, load=here.load + part * forces, known=known,
+                height=here.height + part * way.height,
+            )
             after = residuals_of(body, there)
             if body.slips:
                 shorter = _overshot(slope, after, way) if loose else 1.0
@@ -272,7 +270,7 @@ def stepped(
                     return there, part, after
                 part *= shorter
                 continue
-            gained = work_between(here.load, body.height, (here.q, q), part * dq)
+            gained = work_between(body.on_target(here.load), body.height, (here.q, q), part * dq)
             if not measured or after.energy - found.energy - gained <= _ARMIJO * part * slope + rounding:
                 return there, part, after
         part *= _SHORTEN
@@ -297,23 +295,12 @@ def increments(body: Bonded, here: State, factor: Factor, way: NewtonStep) -> tu
     return linear, body.laws.K * volumes(body.mesh, volume)
 
 
-def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
-    """Return the matrix of a step (dq, dF, dt) along a path (slope, normal); dt is given where the normal is zero."""
-    k, (slope, across) = body.components, path
-    matrix = np.zeros((2 * k + 1, 2 * k + 1))
-    matrix[:k, :k] = stiffness
-    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, q)[:k] for unit in np.eye(k)], axis=1)
-    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * held), np.diag(1.0 * ~held)
-    matrix[k:-1, -1] = -slope
-    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
-    return matrix
-
-
 def _border_by_q(body: Bonded, q: Array) -> Array:
-    """Return the derivative of the border (bonded displacements and q) by (dc, dw), shape (b, 6)."""
+    """Return the derivative of the border (bonded displacements, q, a height) by (dc, dw) and it, shape (b, 7)."""
     T = bonded_tangent(body.X, q)[:, list(body.mesh.axes)]
-    found = np.concatenate([T.reshape(-1, 6), np.eye(6)])
-    found[:, : body.components] *= body.freed
+    found = np.eye(7 + T[..., 0].size)[:, -7:]
+    found[:-7, :6] = T.reshape(-1, 6)
+    found[:-1, : body.components] *= body.freed
     return found
 
 

@@ -22,6 +22,7 @@ Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (19
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -31,13 +32,8 @@ import numpy as np
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, rest, smallest_volume
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
-    Arc,
     Factor,
-    Held,
     Residuals,
-    StepTarget,
-    aim_of,
-    bordered,
     factored,
     factored_shapes,
     hidden_stiffness,
@@ -45,7 +41,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Arc, Held, Outcome, Path, PathEnd, StepTarget, aim_of, bordered
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Mask
 
@@ -91,7 +87,9 @@ def newton(
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
-    here = replace(start, load=np.where(held, start.load, goal), known=deformed_state(body, start))
+    load = np.where(held, start.load, goal)
+    height = np.nan if body.press is None else body.press.height(start.u, load)
+    here = replace(start, load=load, height=height, known=deformed_state(body, start))
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
     length = part = taken = 0.0
@@ -102,7 +100,7 @@ def newton(
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
-        if count == most or _done(body, steps, left, (off, taken)):
+        if count == most or _done(steps, left, (body.length(off), taken), body.slips or body.meets(goal)):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
@@ -194,21 +192,21 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> float:
     """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
     size = max(float(np.linalg.norm(here.load)), body.rounding)
-    left = float(np.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target))) / size
+    left = math.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target), found.shape) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf
 
 
-def _done(body: Bonded, steps: Steps, left: list[float], last: tuple[Array, float]) -> bool:
+def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: bool) -> bool:
     """Whether iterations with some residuals end: at rest, or without hope; or after a last step, taken whole, of q."""
     if steps.enough is None:
-        return left[-1] <= SETTLED or _hopeless(left, body.slips)
-    small = last[1] == 1.0 and body.length(last[0]) <= steps.enough
+        return left[-1] <= SETTLED or _hopeless(left, slips)
+    small = last[1] == 1.0 and last[0] <= steps.enough
     return small and (not steps.eliminating or left[-1] <= _NEAR)
 
 
 def _hopeless(left: list[float], slips: bool) -> bool:
-    """Whether residuals do not converge: not finite or, unless points slip, no smaller after some steps."""
+    """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some."""
     return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.body import State
-from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.quantities import Array
+from sits_mech.mechanics.element.target import between, work_of_load
+from sits_mech.mechanics.equilibrium.body import Bonded, State
+from sits_mech.quantities import Array, Mask
+
+Held = Mask
+
 
 
 class PathEnd(StrEnum):
@@ -23,6 +27,7 @@ class PathEnd(StrEnum):
     LOST = "lost"  # no state at rest nearby
     SLIPPING = "slipping"  # pressures under friction did not settle
     LONG = "long"  # too many iterations
+    SUNK = "sunk"  # what presses has no room below
     BEYOND = "beyond"  # far beyond the data of the silicone's law
 
 
@@ -38,6 +43,7 @@ REASONS = {
     ),
     PathEnd.SLIPPING: "beyond this load the contact pressures under friction do not converge",
     PathEnd.LONG: "the path to this load takes longer than the limit of time (--seconds)",
+    PathEnd.SUNK: "beyond this load what presses on the cover sinks in by its radius, or by the cover's thickness",
     PathEnd.BEYOND: "beyond this load the silicone is stretched further than it was tested, and no law is known there",
 }
 """Messages by the reason of an `Outcome`."""
@@ -75,6 +81,44 @@ class Path:
         leg = min(int(part), self.legs - 1)
         share = part - leg
         return (1.0 - share) * self.goals[leg] + share * self.goals[leg + 1]
+
+
+class Arc(NamedTuple):
+    """A plane across a path, ``normal . (q - origin) = ahead``; all of shape (k,), scaled."""
+
+    origin: Array
+    normal: Array
+    ahead: float
+    slope: Array  # derivative of the goal by the part of the path
+
+
+class StepTarget(NamedTuple):
+    """Target of a step: held places with the gaps to them, and the arc with the distance left."""
+
+    held: Held
+    gap: Array
+    arc: Arc | None = None
+    ahead: float = 0.0
+
+
+def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
+    """Return the gaps to the held places and to the plane of an arc."""
+    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
+    if arc is None:
+        return StepTarget(held, gap)
+    return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
+
+
+def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
+    """Return the matrix of a step (dq, dF, dt) along a path (slope, normal); dt is given where the normal is zero."""
+    k, (slope, across) = body.components, path
+    matrix = np.zeros((2 * k + 1, 2 * k + 1))
+    matrix[:k, :k] = stiffness
+    matrix[:k, k:-1] = -np.stack([work_of_load(unit, body.height, q)[:k] for unit in np.eye(k)], axis=1)
+    matrix[k:-1, :k], matrix[k:-1, k:-1] = np.diag(1.0 * held), np.diag(1.0 * ~held)
+    matrix[k:-1, -1] = -slope
+    matrix[-1, :k], matrix[-1, -1] = across, 1.0 * (not across.any())
+    return matrix
 
 
 @dataclass(frozen=True)

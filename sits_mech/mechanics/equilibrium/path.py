@@ -27,7 +27,17 @@ import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
 from sits_mech.mechanics.equilibrium.limit import pursued
-from sits_mech.mechanics.equilibrium.newton import DESCENT, EASY, LONGEST, STANDS, affordable, goes_on, judged, newton
+from sits_mech.mechanics.equilibrium.newton import (
+    DESCENT,
+    EASY,
+    LONGEST,
+    PLAIN,
+    STANDS,
+    affordable,
+    goes_on,
+    judged,
+    newton,
+)
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.quantities import Array
 
@@ -41,6 +51,7 @@ class Walk:
     """A path that is followed: an increment is halved where nothing comes to rest, and doubled up to the first."""
 
     judges = True  # whether a rest must be stable to count
+    steps = PLAIN  # of Newton's method, tried first
 
     def __init__(self, body: Bonded, start: State, path: Path, *, step: float = 1.0, most: float = np.inf) -> None:
         self.body, self.here, self.path = body, start, path  # `here`: last state at rest, with all iterations so far
@@ -60,9 +71,9 @@ class Walk:
         start = start or replace(self.here, iterations=0)
         self.body = (body or self.body).near(start.u)
         for _ in range(_LOOKS):
-            found = newton(self.body, start, goal, self.path.held)
+            found = newton(self.body, start, goal, self.path.held, steps=self.steps)
             spent, wanders = found.state.iterations, found.reason and not found.length > LONGEST
-            if wanders and not self.body.slips and self.here.iterations + spent < self.most:
+            if wanders and not (self.steps.falling or self.body.slips) and self.here.iterations + spent < self.most:
                 found = newton(self.body, start, goal, self.path.held, steps=DESCENT)
                 found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
             wider = self.body if found.reason else self.body.near(found.state.u)
@@ -133,11 +144,46 @@ class Swelling(Walk):
         return newton(some, replace(self.here, iterations=0), goal)
 
 
-def advance(body: Bonded, start: State, path: Path, rule: Callable[..., Walk] = PathLeg, **options: float) -> Outcome:
+class Pressing(Walk):
+    """A cover that is pressed on, by increments of the force; the path is not followed by its length.
+
+    The potential is descended; from where a shape hardly touches, and few points carry it, it is let in softly first.
+    """
+
+    steps = DESCENT
+
+    def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1.0, most: float = np.inf) -> None:
+        super().__init__(body, start, path, most=min(most, affordable(body)))
+
+    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest under a goal, where what presses has room."""
+        begun, own = replace(start or self.here, iterations=0), body or self.body
+        if (press := own.press) is None or not press.meets(goal):
+            return super().rest(goal, begun, own)
+        found, spent = Outcome(begun, reason=PathEnd.LOST), 0
+        for depths in ((press.depth,), press.depths)[not press.meets(begun.load) :]:
+            found = Outcome(begun)
+            for depth in depths:
+                here = replace(found.state, iterations=0)
+                found = super().rest(goal, here, replace(own, press=replace(press, depth=depth)))
+                spent += found.state.iterations
+                if found.reason:
+                    break
+            if not found.reason:
+                break
+        reason = PathEnd.SUNK if not found.reason and -found.state.height > press.room else found.reason
+        return replace(found, state=replace(found.state, iterations=spent), reason=reason)
+
+
+def advance(
+    body: Bonded, start: State, path: Path, rule: Callable[..., Walk] | None = None, **options: float
+) -> Outcome:
     """Follow a path from a state at rest under its first goal by a rule; ``reached == path.legs`` at the end.
 
-    `options` are the rule's. A body finds it once for the same numbers.
+    The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
+    same numbers.
     """
+    rule = rule or (PathLeg if body.press is None else Pressing)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:

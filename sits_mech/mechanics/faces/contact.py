@@ -10,6 +10,7 @@ With y = (a, e, b) the place in the target's frame, a and e along its bottom fac
 lengths in thicknesses:
 
     ground      d = -z
+    shape       d = depth below the surface of a rigid shape that moves up and down alone (rigid.py), on a cover's top
     plane       d = b, on faces under the target; the plane goes on beyond it
     wall        d = depth inside the target's outline, and phi(d) s(b), on faces beside the target: s rises smoothly
                 from 0 at b = 0, the edge, to 1 a little above
@@ -72,6 +73,7 @@ pressure of before.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,7 +87,7 @@ from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Array, Integers
 from sits_mech.rotations import cross_matrix
 
-Plane = Literal["ground", "plane", "wall", "mirror"]
+Plane = Literal["ground", "plane", "wall", "mirror", "shape"]
 Jet = tuple[Array, Array, Array]
 """A function at m points: value (m,), slope (m, k) and curvature (m, k, k) in k variables."""
 
@@ -99,7 +101,8 @@ _SLIPS = 1.0 + 1e-9  # x of points that slip: those that slipped before begin an
 class Contact:
     """Free faces before a rigid surface.
 
-    `plane`: "ground", "plane" (the target's), "wall" (the target's sides) or "mirror" (the plane of symmetry).
+    `plane`: "ground", "plane" (the target's), "wall" (the target's sides), "mirror" (the plane of symmetry) or "shape",
+    one that presses on a cover and has a height of its own (rigid.py).
     """
 
     surface: Surface
@@ -109,14 +112,15 @@ class Contact:
     level: float = 0.0  # y of the plane of symmetry [thicknesses]
     friction: float = 0.0  # coefficient
     grip: Grip | None = None  # friction in one increment of a path; None: points slip freely
+    shape: Callable[[Array], Jet] | None = None  # how deep points (m, 3) lie in a shape
 
     def __call__(self, u: Array, q: Array) -> Term:
         """Return energy, forces and stiffness of the contact at displacements `u` and the target's motion `q`."""
         faces, (on, energy, forces, stiffness) = self.surface, self._pushed(u, q)
-        numbers = faces.numbers
+        numbers = faces.numbers if self.shape is None else faces.numbers_of_shape
         whole = np.zeros((*numbers.shape, numbers.shape[1]))
         whole[on] = stiffness
-        return Term(energy, summed(numbers[on], forces, len(u) + 6), numbers, whole)
+        return Term(energy, summed(numbers[on], forces, len(u) + (6 if self.shape is None else 8)), numbers, whole)
 
     def _pushed(self, u: Array, q: Array) -> tuple[Integers, float, Array, Array]:
         """Return which faces are pushed; energy, forces (f, d k + 6), stiffnesses on displacements and q."""
@@ -135,7 +139,9 @@ class Contact:
         A = np.zeros((len(on), p, 3, 9))
         A[..., :3] = np.eye(3)
         stiffness = np.zeros((len(on), p, 9, 9))
-        if not held:
+        if self.shape is not None:
+            A[..., 2, 5] = -1.0  # it rises
+        elif not held:
             A[..., 3:6], A[..., 6:] = -np.eye(3), cross_matrix(r[on])
             twist = cross_matrix(h)
             stiffness[..., 6:] -= A.swapaxes(-1, -2) @ twist
@@ -160,13 +166,15 @@ class Contact:
     def _frame(self, u: Array, q: Array) -> tuple[Array, Array]:
         """Return places of points from the surface's origin, shape (f, p, 3), and the rotation of its frame."""
         place = self.surface.places(u)
-        if self.plane in ("ground", "mirror"):
+        if self.plane in ("ground", "mirror", "shape"):
             return place, np.eye(3)
         centre, turn = placed(q)
         return place - centre - (0.0, 0.0, 1.0), turn
 
     def _depths(self, y: Array) -> tuple[Jet, float, Jet | None]:
         """Return the arguments of `pressed` at points, (x, y, z) before the ground, (a, e, b) before the target."""
+        if self.shape is not None:
+            return self.shape(y), self.depth, None
         if self.plane == "ground":
             return _linear(-y[:, 2], (0.0, 0.0, -1.0)), self.depth, None
         if self.plane == "mirror":

@@ -37,6 +37,14 @@ class Surface:
         return np.concatenate([own, np.tile(q, (len(own), 1))], axis=1)
 
     @cached_property
+    def numbers_of_shape(self) -> Integers:
+        """The same with the height of a shape in place of q's, which follows q; nothing in place of the others."""
+        found, beyond = self.numbers.copy(), len(self.axes) * self.size + 6
+        found[:, -6:] = beyond + 1
+        found[:, 1 - 6] = beyond
+        return found
+
+    @cached_property
     def spread(self) -> Array:
         """Place x, centre c and rotation w of points by displacements and q, shape (f, p, 9, d k + 6)."""
         (f, p, k), d = self.shape.shape, len(self.axes)

@@ -17,8 +17,7 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, pack_state, unpack_state
 from sits_mech.mechanics.equilibrium.control import Control, Scales
-from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.outcome import Outcome
+from sits_mech.mechanics.equilibrium.outcome import Held, Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
 from sits_mech.mechanics.levels.refine import finer, refine
@@ -204,4 +203,19 @@ def extrapolated_equilibrium(
     state_kept = np.concatenate([[number], pack_state(fine), pack_state(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
     finest = tuple(pack_state(each.state) for each in found[2:kept])
-    return Equilibrium(scales.wrench(load), scales.pose(q), Pose.of(error), state_kept, report, shared, finest)
+    sunk = _sunk(levels, [each.state for each in found[:kept]], scales) if body.meets(fine.load) else None
+    pose, wrench = scales.pose(q), scales.wrench(load)
+    return Equilibrium(wrench, pose, Pose.of(error), state_kept, report, shared, finest, sunk=sunk)
+
+
+def _sunk(levels: Levels, states: Sequence[State], scales: Scales) -> tuple[float, float]:
+    """Return how deep a shape on a cover stands, and its error [m]: of meshes, and the depth of contact."""
+    presses = [levels.maker(level).press for level in range(len(states))]
+    each = [
+        np.array([-press.height(state.u, state.load)])
+        for press, state in zip(presses, states, strict=True) if press is not None
+    ]
+    two, whole = len(each) == 2, np.ones(1, dtype=bool)
+    limit = levels.early(each, whole, pressed=True) if two else levels.limit(each, pressed=True)
+    depth = min(press.depth for press in presses if press is not None)
+    return float(limit.value[0]) * scales.thickness, float(limit.error[0] + depth) * scales.thickness

@@ -70,7 +70,7 @@ from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, shape_on_cover
 
 PAIR = 2
 """Number of families of one kind: free, guarded."""
@@ -259,7 +259,8 @@ def of_one_pad(make: Callable[Concatenate[Sensor, _Asked], Levels]) -> Callable[
 
     @wraps(make)
     def made(sensor: Sensor, /, *asked: _Asked.args, **more: _Asked.kwargs) -> Levels:
-        families, name = _families(sensor.target, sensor.elastomer, sensor.cover), (make, *asked, *more.items())
+        families = _families(sensor.target, sensor.elastomer, sensor.cover, shape_on_cover(sensor))
+        name = (make, *asked, *more.items())
         if name not in families:
             families[name] = make(sensor, *asked, **more)
         return families[name]

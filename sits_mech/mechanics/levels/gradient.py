@@ -41,13 +41,13 @@ from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
     Factor,
     Residuals,
-    StepTarget,
     factored,
     hidden_stiffness,
     on_motions,
     residuals_of,
     way_of,
 )
+from sits_mech.mechanics.equilibrium.outcome import StepTarget
 from sits_mech.mechanics.levels.answer import errors_of
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.quantities import Array, Equilibrium, SolveFailed

@@ -32,8 +32,7 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
-from sits_mech.mechanics.equilibrium.linearisation import Held
-from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import REASONS, Held, PathEnd
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_notes, layer_stretch, touch_notes
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line

@@ -28,9 +28,8 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
-from sits_mech.mechanics.equilibrium.linearisation import Held
 from sits_mech.mechanics.equilibrium.newton import Steps, affordable, newton
-from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
+from sits_mech.mechanics.equilibrium.outcome import Held, Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.notes import Note
@@ -107,7 +106,16 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     """
     (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
-        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
+        body = levels.maker(level)
+        if body.press is not None:  # what presses is found again on each mesh
+            begun = prolonged(levels, level, state) or unloaded(body)
+            ended = replace(advance(body, begun, Path((begun.load, goal), held)), off=0.0 * goal)
+            if ended.reason:
+                return
+            before, state = state, replace(ended.state, known=None)
+            yield replace(ended, state=state)
+            continue
+        enough = 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
         found = None if given else nearly_at_rest(levels, level, state, aim, enough)
         if not given and (found is None or found.reason) and not body.patch:
             found = nearly_at_rest(levels, level, None, aim, enough)

@@ -19,6 +19,7 @@ face: there is no side face at its edge that could have a fillet, and that edge 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -129,3 +130,20 @@ def graded_lines(breaks: Sequence[float], cells: Sequence[int], beta: float) -> 
 def matched_cells(length: float, cells: int, beta: float) -> int:
     """Return the even number of cells that gives a segment the same smallest cell as one of length 1 has."""
     return 2 * max(1, int(np.ceil(0.5 * cells * length ** (1.0 / beta) - SLACK)))
+
+
+def divided_lines(lines: Array, near: float, parts: int) -> Array:
+    """Return lines whose cells within a distance of the axis are divided, as by i of so many parts at near (i/parts)^2.
+
+    What touches there begins at the axis, and cells are about as small beside the radius that it has come to.
+    """
+    if near == 0.0:
+        return lines
+    found = list[Array]()
+    for ends in pairwise(lines):
+        begin, end = np.sign(ends) * np.sqrt(np.abs(ends) / near)
+        count = int(np.ceil((end - begin) * parts - SLACK)) if min(np.abs(ends)) < near else 1
+        roots = np.linspace(begin, end, count, endpoint=False)
+        found.append(near * np.sign(roots) * roots**2)
+        found[-1][0] = ends[0]
+    return np.append(np.concatenate(found), lines[-1])

@@ -26,7 +26,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.levels.family import Levels, Line, cache_changes, contact_depth, of_one_pad
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body, layer_parts, layer_scales
-from sits_mech.mechanics.pad.stack import widened
+from sits_mech.mechanics.pad.stack import PRESSED, widened
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Elastomer, Sensor
@@ -88,7 +88,8 @@ def _family(sensor: Sensor, kind: _Kind, depth: float, axial: bool) -> Levels:
     def made_of(scene: Sensor, level: int) -> Bonded:
         """Make a level of a scene."""
         guard, own = kind.guard if level < 2 else 0.0, contact_depth(depth, SIZES, level)
-        return bonded_body(scene, SectionFineness(int(SIZES[level]), kind.grading, True, guard, own, axial))
+        pressed = contact_depth(PRESSED, SIZES, level)
+        return bonded_body(scene, SectionFineness(int(SIZES[level]), kind.grading, True, guard, own, axial, pressed))
 
     def changed(other: Sensor, level: int) -> Bonded | None:
         """Make a level of a changed scene."""

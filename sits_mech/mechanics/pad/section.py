@@ -49,6 +49,7 @@ from sits_mech.mechanics.faces.skin import section_skin
 from sits_mech.mechanics.faces.surface import Surface, edge_points
 from sits_mech.mechanics.pad.fillet import (
     Fillet,
+    divided_lines,
     drawn_in,
     fillet_lines,
     fitting_fillet,
@@ -59,15 +60,20 @@ from sits_mech.mechanics.pad.stack import (
     GUARD_SHARE,
     Covering,
     Interface,
+    Pressed,
     covering,
     interfaces,
     laws_of,
     layer_of_cells,
+    press_on,
+    pressed_part,
+    top_points,
     widened,
 )
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
+_SAME_LINE = 1e-6  # thicknesses, or cells, that are rounding
 _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
@@ -81,6 +87,7 @@ class SectionFineness:
     guard: float = 0.0  # pointwise part of the bulk modulus [shear moduli]
     depth: float = 0.0  # contact depth; 0: no contact [thicknesses]
     axial: bool = False  # the half of a section at x >= 0, about the axis x = 0
+    pressed: float = 0.0  # contact depth of what presses on a cover [thicknesses]
 
 
 def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
@@ -93,15 +100,16 @@ def bonded_body(sensor: Sensor, fineness: SectionFineness) -> Bonded:
     half_target = min(widened(target.extent[0] / (2 * t), half_layer), half_layer)  # bonded over what both share
     fillet = Fillet((elastomer.edge_radius or 0.0) / t, half_layer, half_target)
     fillet = fitting_fillet(fillet, t) if fillet.radius > 0.0 else fillet
-    section = Section(fillet, interfaces(elastomer), covering(sensor))
+    section = Section(fillet, interfaces(elastomer), covering(sensor), pressed_part(sensor))
     own = _numbered(section, fineness.cells, fineness.grading, fineness.fan, fineness.axial)
     of = layer_of_cells(sensor, own.mesh)
     guard = min(fineness.guard, GUARD_SHARE * float(laws_of(sensor, of).K.min()))
     parts = _parts(own, guard, fineness.depth, elastomer.friction)
+    press = press_on(sensor, fineness.pressed, partial(top_points, own.mesh))
     return Bonded(
         own.mesh, laws_of(sensor, of, apart=guard), target.load_height / t, own.free, own.bonded, own.X, own.faces,
-        parts=parts, guarded=guard > 0.0,
-        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0),
+        parts=parts, guarded=guard > 0.0, press=press,
+        shared=partial(_pattern, own, guard > 0.0, fineness.depth > 0.0, None if press is None else press.surface),
     )
 
 
@@ -111,6 +119,7 @@ class Section(NamedTuple):
     fillet: Fillet
     between: tuple[Interface, ...]
     cover: Covering | None = None
+    pressed: Pressed = Pressed()
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +171,7 @@ def covered_faces(mesh: MixedMesh, half: float, cover: Covering) -> Integers:
 
 def _mesh(section: Section, cells: int, grading: float, fan: bool, axial: bool) -> MixedMesh:
     """Mesh layer and target of given half widths, with or without an edge radius, or their half about the axis."""
-    fillet, _, cover = section
+    fillet, _, cover, _ = section
     (x, z, corners), least = _lines(section, cells, grading), 0.0 if axial else -np.inf
     mesh = section_mesh(
         x[x >= least], z, partial(drawn_in, fillet) if fillet.radius > 0.0 else None,
@@ -181,7 +190,7 @@ def _filled(half_target: float, cover: Covering, middles: Array) -> Mask:
 
 def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, list[tuple[float, float]]]:
     """Return lines along x and z, and the singular corners."""
-    fillet, between, cover = section
+    fillet, between, cover, pressed = section
     _, half_layer, half_target = fillet
     if fillet.radius > 0.0:
         corners = [] if fillet.flush else [(-half_target, 1.0), (half_target, 1.0)]
@@ -192,10 +201,13 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
     if cover is not None:
         breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
+        if 0.0 < pressed.edge < cover.half_x - _SAME_LINE:
+            breaks = sorted({*breaks, -pressed.edge, pressed.edge})
     x, z = (
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)
     )
+    x = divided_lines(x, pressed.near, 2 * cells)
     sides = [(x, each.height) for each in between if each.singular for x in (-half_layer, half_layer)]
     rims += [(half_layer, 0.0), (half_target, 1.0)]
     return x, z, [*((side * a, b) for a, b in rims for side in (-1.0, 1.0)), *sides]
@@ -247,11 +259,12 @@ def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) ->
 
 
 @lru_cache(maxsize=32)
-def _pattern(own: _Numbered, guarded: bool, touching: bool) -> Pattern:
+def _pattern(own: _Numbered, guarded: bool, touching: bool, pressed: Surface | None) -> Pattern:
     """Make the pattern of bodies on one mesh, with or without guard and contact; cached."""
     zero = np.zeros(own.mesh.nodes.size)
     terms = [part(zero, np.zeros(6)) for part in _parts(own, float(guarded), float(touching))]
-    numbers = (own.mesh.dofs, *(term.numbers for term in terms))
+    more = () if pressed is None else (pressed.numbers_of_shape,)
+    numbers = (own.mesh.dofs, *(term.numbers for term in terms), *more)
     return pattern(own.mesh, numbers, own.free, border(own.mesh, own.bonded))
 
 

@@ -17,6 +17,7 @@ and the place of the load are follows from the changed scene. Lengths in thickne
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial
 
@@ -39,7 +40,7 @@ from sits_mech.mechanics.faces.skin import solid_skin
 from sits_mech.mechanics.faces.surface import Surface, facets_of
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.pad.shapes import GRADING, PadShape, half_bricks, shape_of
-from sits_mech.mechanics.pad.stack import covering, laws_of, layer_of_cells
+from sits_mech.mechanics.pad.stack import Covering, covering, laws_of, layer_of_cells, press_on
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Elastomer, SceneError, Sensor, Target
@@ -65,6 +66,7 @@ class NumberedMesh:
     surfaces: tuple[tuple[Plane, Surface], ...]  # faces before each plane
     half: bool  # half a pad is meshed; pillars may have no node in its plane of symmetry
     division: Subdivision | None = None
+    top: Callable[[Covering, int], Surface] | None = None  # so many points along edges of faces of a cover's top
 
     def free(self, hidden: bool = False) -> Integers:
         """Numbers of the unknown displacements; `hidden`: those odd in y, of half a pad."""
@@ -80,23 +82,24 @@ class NumberedMesh:
 
 
 @lru_cache(maxsize=16)
-def _pattern(own: NumberedMesh, touching: bool, hidden: bool = False) -> Pattern:
-    """Make the pattern with or without contact, of the unknowns or of what symmetry hides."""
+def _pattern(own: NumberedMesh, touching: bool, pressed: Surface | None, hidden: bool = False) -> Pattern:
+    """Make the pattern with or without contact and a face that is pressed on, of the unknowns or what is hidden."""
     faces = [surface.numbers for _, surface in own.surfaces if touching]
+    faces += [] if pressed is None else [pressed.numbers_of_shape]
     return pattern(own.mesh, (own.mesh.dofs, *faces), own.free(hidden), border(own.mesh, own.bonded))
 
 
 def bonded_block(
     sensor: Sensor, split: int, grading: float = GRADING, guard: float = 0.0, depth: float = 0.0, *,
-    whole: bool = False, layers: int = 0,
+    whole: bool = False, layers: int = 0, pressed: float = 0.0,
 ) -> Solid:
     """Return half the pad (y >= 0), or the whole, of a box or cylinder with its target, meshed and scaled.
 
     `split` parts of each base cell; `grading`: power of the spacing, 1 is uniform; `guard` [shear moduli] as
-    in `SectionFineness`; contact `depth` [thicknesses], 0 for none; `layers` at the target's edge and the faces. A
-    whole pad frees all six components of the motion.
+    in `SectionFineness`; contact `depth` [thicknesses], 0 for none, `pressed` of what presses on a cover; `layers` at
+    the target's edge and the faces. A whole pad frees all six components of the motion.
     """
-    return solid(sensor, _meshed(pad_shape(sensor), (split, grading, layers), whole), guard, depth)
+    return solid(sensor, _meshed(pad_shape(sensor), (split, grading, layers), whole), guard, depth, pressed)
 
 
 def pad_shape(sensor: Sensor) -> PadShape:
@@ -149,19 +152,28 @@ def numbered(
     faces = Faces(nodes, under, outer, plate, (), around, convex, mirror, middle)
     if np.isfinite(mirror) and not convex:
         surfaces = (*surfaces, ("mirror", around.surface))
-    return NumberedMesh(mesh, where, faces, surfaces, half)
+    top = cache(partial(_top, basis, facets)) if covered else None
+    return NumberedMesh(mesh, where, faces, surfaces, half, top=top)
 
 
-def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float) -> Solid:
-    """Return a pad on its mesh; guard and contact depth as in `bonded_block`."""
+def _top(basis: Basis, facets: Integers, cover: Covering, count: int) -> Surface:
+    """Return so many points along each edge of the faces of a cover's top."""
+    high = basis.mesh.p[2, basis.mesh.facets[:, facets]].min(axis=0)
+    return facets_of(basis, facets[high > cover.levels[1] - 1e-9], 2 * count - 1)
+
+
+def solid(sensor: Sensor, own: NumberedMesh, guard: float, depth: float, pressed: float = 0.0) -> Solid:
+    """Return a pad on its mesh; guard and contact depths as in `bonded_block`."""
     target, elastomer = pad_parts(sensor)
     laws = laws_of(sensor, layer_of_cells(sensor, own.mesh), guard)
     X = _from_centre(sensor, own.mesh.nodes[own.where[1]])
+    press = None if own.top is None else press_on(sensor, pressed, own.top)
+    top = None if press is None else press.surface
     body = Bonded(
         own.mesh, laws, target.load_height / elastomer.thickness, own.free(), own.bonded, X, own.faces,
         components=3 if own.half else 6, parts=contacts(own.faces, own.surfaces, depth, elastomer.friction),
-        shared=partial(_pattern, own, depth > 0.0),
-        hidden=partial(_pattern, own, depth > 0.0, True) if own.half else None,
+        shared=partial(_pattern, own, depth > 0.0, top), press=press,
+        hidden=partial(_pattern, own, depth > 0.0, top, True) if own.half else None,
     )
     return Solid(body, 0.5 if own.half else 1.0, own.division)
 

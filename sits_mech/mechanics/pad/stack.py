@@ -18,17 +18,25 @@ bonded media.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.mechanics.element.kernel import Laws, law_of
 from sits_mech.mechanics.element.mesh import MixedMesh
+from sits_mech.mechanics.faces.rigid import Press
+from sits_mech.mechanics.faces.surface import Surface, edge_points
 from sits_mech.quantities import Integers
-from sits_mech.scene.sensor import Elastomer, Sensor, stack_of
+from sits_mech.scene.sensor import Elastomer, Sensor, shape_on_cover, stack_of
 
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
+PRESSED = 1e-4
+"""Thicknesses over which the pressure of a shape on a cover builds up: it stands as much too deep."""
+_CONTACT, _AREA = 2, 24  # points along an edge of a face, of a shape's contact and of an area that ends within it
 _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 
 
@@ -71,6 +79,48 @@ def covering(sensor: Sensor) -> Covering | None:
     each = zip(cover.extent(target, elastomer), pad, strict=True)
     x, y = (widened(min(own, size) / (2.0 * t), size / (2.0 * t)) for own, size in each)
     return Covering(x, y, target.thickness / t, cover.thickness / t)
+
+
+def press_on(sensor: Sensor, depth: float, top: Callable[[Covering, int], Surface]) -> Press | None:
+    """Return what presses on a scene's cover with a depth of contact [thicknesses]; None without.
+
+    `top` makes so many points along each edge of the faces of its top.
+    """
+    touch, cover, over = shape_on_cover(sensor), sensor.cover, covering(sensor)
+    if touch is None or cover is None or over is None or sensor.elastomer is None:
+        return None
+    t, points = sensor.elastomer.thickness, _AREA if touch.shape == "pressure" else _CONTACT
+    room = min(cover.thickness, touch.radius or math.inf) / t
+    return Press(touch, top(over, _CONTACT), top(over, points), depth, over.levels[1], room, t)
+
+
+@lru_cache(maxsize=8)
+def top_points(mesh: MixedMesh, cover: Covering, count: int) -> Surface:
+    """Return so many points on each edge of the top of a cover in section."""
+    x, z = mesh.nodes.T
+    line = np.flatnonzero(np.abs(z - cover.levels[1]) < 1e-9)
+    return edge_points(mesh, [line[np.argsort(x[line])]], count)
+
+
+class Pressed(NamedTuple):
+    """What of a cover's top is pressed on about the axis [thicknesses of the pad]."""
+
+    near: float = 0.0  # half the width that a round shape may meet, where cells are divided
+    edge: float = 0.0  # where a flat one, or a pressure, ends: a line
+
+
+def pressed_part(sensor: Sensor) -> Pressed:
+    """Return what of a cover's top is pressed on; nothing without.
+
+    A round shape that is sunk by half its room d meets less than ``(2 R d)^(1/2)``.
+    """
+    touch, cover = shape_on_cover(sensor), sensor.cover
+    if touch is None or cover is None or sensor.elastomer is None:
+        return Pressed()
+    t, half = sensor.elastomer.thickness, 0.5 * (touch.diameter or touch.width or 0.0)
+    if touch.radius is None:
+        return Pressed(0.0, (half - (touch.edge_radius or 0.0)) / t)
+    return Pressed(math.sqrt(touch.radius * min(cover.thickness, touch.radius)) / t)
 
 
 def widened(half: float, half_layer: float) -> float:

@@ -71,7 +71,7 @@ def layer_view(
         _dress(axes, equilibrium, frame, plane)
         touch = list[Any]()
         if sensor.touch is not None:
-            place, normal = contact_point(sensor, equilibrium.wrench, equilibrium.pose)
+            place, normal = contact_point(sensor, equilibrium.wrench, equilibrium.pose, equilibrium.sunk)
             touch = [draw_from_the_side(axes, sensor.touch, place, normal, plane)]
         missed = names_cut(sensor, plane)[1]
         not_cut = f"; not cut: {', '.join(missed)}" if missed else ""

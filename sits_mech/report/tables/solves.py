@@ -133,6 +133,9 @@ def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[s
     for name in names:
         scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
+    if found.sunk is not None:
+        sunk, off = (1e6 * each for each in found.sunk)
+        lines.append(("pressed in", f"{with_error(sunk, off)} um, its lowest point below the cover's top at rest"))
     for name, wrench in (("load", found.wrench), ("on the target", found.acting)):
         if wrench is not None:
             lines.append((name, load_words({part: getattr(wrench, part) for part in WRENCH[:3] + wrench.out_of_plane})))

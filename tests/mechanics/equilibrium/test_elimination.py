@@ -11,9 +11,9 @@ from sits_mech.mechanics.element.kernel import deformed, element_forces, element
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.elimination import eliminated, relaxed
-from sits_mech.mechanics.equilibrium.linearisation import aim_of, factored, residuals_of, way_of
+from sits_mech.mechanics.equilibrium.linearisation import factored, residuals_of, way_of
 from sits_mech.mechanics.equilibrium.newton import SETTLED, newton
-from sits_mech.mechanics.equilibrium.outcome import Path
+from sits_mech.mechanics.equilibrium.outcome import Path, aim_of
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import aim
 from sits_mech.mechanics.levels.refine import nearly_at_rest
