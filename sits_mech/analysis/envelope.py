@@ -202,8 +202,7 @@ class _Search:
 def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
     """Return the share of a load that a pad bears, to one digit, by two meshes (whose stretch is too large).
 
-    The first share tried is that up to which small strains are within the data, to one digit, too: that load is solved
-    once where it is what the pad bears.
+    The first share tried, to one digit, too, is that up to which small strains are within the data.
     """
     layer, _ = mechanical_model(sensor, mechanics, _POSE, [load])
     if not isinstance(layer, RefinedModel):
@@ -217,7 +216,7 @@ def borne_share(sensor: Sensor, load: Wrench, mechanics: str = "auto") -> float:
 def _to_one_digit(share: float) -> float:
     """Return the largest share of one digit that is not above another."""
     tens = 10.0 ** math.floor(math.log10(max(share, 1e-9)))
-    return round(math.floor(share / tens) * tens, 10)
+    return round(math.floor(share / tens + 1e-9) * tens, 10)
 
 
 def _error(end: Capacity) -> float:
