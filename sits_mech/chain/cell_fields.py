@@ -7,7 +7,8 @@ target, which shields its coils, cut it to a quarter at 1.2 widths of pitch. It 
 (`sheets`); how far that is off all divisions show for a nearest pair, one of each two kinds of cells that are as near
 as any, relative to the largest slope; the most counts for all. A third target is left out: it changes S_ik of next
 neighbours by up to 2 % of the largest slope at 1.2 widths and at 1.06, which counts as 5 %, and more distant ones, a
-hundred times smaller, by up to three quarters: those count whole in the error.
+hundred times smaller, by up to three quarters: those count whole in the error. (In rows of targets 4.5 to 12 mm wide,
+1.6 mm apart, one 1 mm thick, by up to 0.7 and 10 %.)
 """
 
 from __future__ import annotations

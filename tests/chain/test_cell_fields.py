@@ -70,20 +70,26 @@ def test_targets_that_are_moved_by_hand_change_a_coil_as_its_crosstalk_says(keys
 
 
 @pytest.mark.slow
-def test_third_targets_change_slopes_by_no_more_than_their_share():
-    """In a row at 1.2 widths the first one moves: seen by the next, and by the one beyond, among all and in pairs."""
-    row = cells([(-9.6e-3, 0.0), (0.0, 0.0), (9.6e-3, 0.0)], ONE, 'elastomer.width="40 mm"')
+@pytest.mark.parametrize(("widths", "beyond"), [((8.0, 8.0, 8.0), 0.05), ((12.0, 4.5, 12.0), 0.0)])
+def test_third_targets_change_slopes_by_no_more_than_their_share(widths, beyond):
+    """In a row at gaps of 1.6 mm the first one moves: seen by the next, and by the one beyond, among all and in pairs.
+
+    Of alike ones the one beyond shows that a share is needed, and which.
+    """
+    x = np.cumsum([0.0, *(0.5 * (a + b) + 1.6 for a, b in zip(widths, widths[1:], strict=False))])
+    sizes = [f'targets.{name}.width="{w} mm"' for name, w in zip("ABC", widths, strict=True)]
+    row = cells([(1e-3 * at, 0.0) for at in x - x.mean()], ONE, 'elastomer.width="50 mm"', *sizes)
     S, off = (each[:, 0, 0, 1] for each in signal_slopes(row, forces_read(row)[1], 1e-2))
-    plates = tuple(Conductor(name=f"P{k}", centre=(k * 9.6e-3, 0.0, 2.1e-3), **shape_of(row)) for k in (1, 2))
+    plates = tuple(Conductor(name=f"P{k}", centre=(1e-3 * x[k], 0.0, 2.1e-3), **shape_of(row, k)) for k in (1, 2))
     among = np.zeros(3)
     for seen in (1, 2):
-        coils = row.coils_at(0, np.array([seen * 9.6e-3, 0.0]))
+        coils = row.coils_at(seen, np.array([1e-3 * x[seen], 0.0]))
         scene = row.sensor.model_copy(update={"elastomer": None, "conductors": plates, "coils": coils})
         model = replace(sheets(scene, 1e-2), single=True)
         down, up = (model.impedance(Pose(0.0, 2e-3 + dz), scene.frequency).L[0, 0] for dz in (-2e-5, 2e-5))
         among[seen] = (up - down) / 4e-5
     assert np.all(np.abs(among - S)[1:] < off[1:])
-    assert abs(among[2] / S[2] - 1.0) > 0.05 > abs(among[1] / S[1] - 1.0)  # so that a share is needed, and which
+    assert abs(among[2] / S[2] - 1.0) > beyond and abs(among[1] / S[1] - 1.0) < 0.05
 
 
 @pytest.mark.slow
