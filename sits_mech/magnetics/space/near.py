@@ -6,9 +6,8 @@ pose, drives the currents of every symmetry class (`classes`), which are reduced
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
-A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and of one frequency currents
-are kept as they are. Other plates are further away
-than the coils: their fields it sees through few polynomials (`modes.combined`).
+A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and one frequency is solved
+alone. Other plates are further away than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
@@ -200,7 +199,7 @@ def _numbered(
 def _reduced(
     problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, seen: Sources | None
 ) -> _Class | _RestingClass:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; coils at rest."""
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; `seen` are at rest."""
     if seen is not None and seen.omega:
         return _at_rest(problem, matrices, B, seen, highest)
     L, R, unit = matrices
