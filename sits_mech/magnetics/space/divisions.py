@@ -98,8 +98,8 @@ def lone_frequency(
     """Return the angular frequency to prepare a plate for alone, or 0 for all: that of the first one that it is asked.
 
     `way` are coils that it sees at rest, and what it has become; frequency of the scene [Hz], 0 for another. Where its
-    cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents, as
-    many as modes, which pay there but for a plate at rest, whose currents are to be known (3 n^3 more).
+    cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents and
+    24 n^2 for each of what they see, for which modes pay; a plate at rest takes them, and its currents alone.
     """
     omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
     asked[:] = asked or [omega]

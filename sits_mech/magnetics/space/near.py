@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property
 from itertools import repeat
 from typing import Any
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, Solved, reaction_at, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.modes import Reduced, Solved, reduced, seen_currents, solved_currents
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -83,7 +83,7 @@ class _RestingClass:
     """A symmetry class of a plate at rest, at one frequency."""
 
     problem: Problem
-    answer: Solved  # to all that it sees
+    answer: Reduced | Solved  # to all that it sees
     ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
     columns: Integers  # which of all combinations and coils it sees
 
@@ -213,13 +213,14 @@ def _at_rest(
 ) -> _RestingClass:
     """Return a class of a plate at rest, as `_reduced`, at the one frequency of its coils."""
     (L, R, unit), lowest, coils = matrices, min(seen.omega, highest), B[-len(seen.coils) :]
-    X = lru_cache(partial(solved_currents, L, R, B))
-    Y = reaction_at(lambda at: seen_currents(X(at), B, at, problem.weight).matrix, seen.omega, highest)
-    ways, scale = [X(lowest)[:, -len(coils) :]], -1j * lowest * unit[:, None]
+    resolved, w = seen.omega <= highest, problem.weight
+    X = solved_currents(L, R, B if resolved else coils, lowest)
+    answer = seen_currents(X, B, lowest, w) if resolved else reduced(L, R, B, weight=w, highest=highest)
+    ways, scale = [X[:, -len(coils) :]], -1j * lowest * unit[:, None]
     if np.iscomplexobj(R):
         ways.append(solved_currents(L.conj(), R.conj(), coils.conj(), lowest))
-        scale *= problem.weight / 2
-    return _RestingClass(problem, Solved(seen.omega, Y), [scale * each for each in ways], np.zeros(0, dtype=int))
+        scale *= w / 2
+    return _RestingClass(problem, answer, [scale * each for each in ways], np.zeros(0, dtype=int))
 
 
 def _reactions(
