@@ -1,6 +1,6 @@
 """The three-dimensional model: coils as rings or spirals below, a plate of any outline above; absolute henry and ohm.
 
-The plate's currents are reduced (`space.modes`) for a ladder of clearances and frequencies whose steps are blended
+The plate's currents are condensed (`space.modes`) for a ladder of clearances and frequencies whose steps are blended
 (`answer`); a pose is then the coils' potential (`coils.ring_field`) at a few Chebyshev points of the plate's bounding
 box, of which it sees combinations a, and some small products (`space.coupling`),
 

@@ -53,7 +53,7 @@ def test_resistances_that_are_not_positive_are_refused():
 
 
 def test_one_frequency_takes_factors_and_many_one_reduction(monkeypatch):
-    """The first frequency of a plate is solved alone, from the second on each class of each division is reduced once.
+    """A scene's own frequency is solved alone, if it is the first; then each class of each division is reduced once.
 
     A pose at a known frequency solves no system, and the second way answers as the first one.
     """

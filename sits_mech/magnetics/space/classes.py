@@ -137,7 +137,7 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
     loops = problem.loops
     pairs, weights, moments = problem.parts
     back = [m.conj() for m in problem.transposed]
-    turned: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)  # L^T, but for rounding
+    turned: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)  # L transposed, not yet Hermitian
     if problem.plan.tensor is not None:
         sums = [(sign, means[k]) for k, sign in image_classes(weights)]
     else:

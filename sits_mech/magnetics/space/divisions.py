@@ -95,11 +95,11 @@ class _Family:
 def lone_frequency(
     target: Target, rung: PlateRung, scale: _Scale, way: tuple[Sources | None, Target | None], frequency: float
 ) -> float:
-    """Return the angular frequency to prepare a plate for alone: that of the first one that it is asked for; else 0.
+    """Return the angular frequency to prepare a plate for alone, or 0 for all: that of the first one that it is asked.
 
-    `way` are coils that it sees at rest, and what it has become; frequency [Hz]. Where its cells do not resolve the
-    skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents, as many as modes, which pay
-    there but for a plate at rest, whose currents are to be known (3 n^3 more).
+    `way` are coils that it sees at rest, and what it has become; frequency of the scene [Hz], 0 for another. Where its
+    cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents and
+    24 n^2 for each of what they see, for which modes pay; a plate at rest takes them, and its currents alone.
     """
     omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
     asked[:] = asked or [omega]

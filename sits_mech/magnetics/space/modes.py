@@ -7,8 +7,8 @@ Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no 
 
 that is ``(R + j omega L) i = -j omega g`` with R and L real, symmetric and independent of pose and frequency (complex
 Hermitian in a disc's angular orders). A vertical loop's or sheet's moment in each cell meets the mean of 1/r between
-cells (`prisms`). The plate's symmetries split the problem into classes, each reduced once for all
-frequencies (`magnetics.modes`).
+cells (`prisms`). The plate's symmetries split the problem into classes, each solved at one frequency or
+reduced once for all of them (`magnetics.modes`).
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few

@@ -6,9 +6,8 @@ pose, drives the currents of every symmetry class (`classes`), which are reduced
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
-A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and of one frequency currents
-are kept as they are. Other plates are further away
-than the coils: their fields it sees through few polynomials (`modes.combined`).
+A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and one frequency is solved
+alone. Other plates are further away than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property
 from itertools import repeat
 from typing import Any
 
@@ -24,7 +23,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, Solved, reaction_at, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.modes import Reduced, Solved, reduced, seen_currents, solved_currents
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -84,7 +83,7 @@ class _RestingClass:
     """A symmetry class of a plate at rest, at one frequency."""
 
     problem: Problem
-    answer: Solved  # to all that it sees
+    answer: Reduced | Solved  # to all that it sees
     ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
     columns: Integers  # which of all combinations and coils it sees
 
@@ -200,7 +199,7 @@ def _numbered(
 def _reduced(
     problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, seen: Sources | None
 ) -> _Class | _RestingClass:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; coils at rest."""
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; `seen` are at rest."""
     if seen is not None and seen.omega:
         return _at_rest(problem, matrices, B, seen, highest)
     L, R, unit = matrices
@@ -214,13 +213,14 @@ def _at_rest(
 ) -> _RestingClass:
     """Return a class of a plate at rest, as `_reduced`, at the one frequency of its coils."""
     (L, R, unit), lowest, coils = matrices, min(seen.omega, highest), B[-len(seen.coils) :]
-    X = lru_cache(partial(solved_currents, L, R, B))
-    Y = reaction_at(lambda at: seen_currents(X(at), B, at, problem.weight).matrix, seen.omega, highest)
-    ways, scale = [X(lowest)[:, -len(coils) :]], -1j * lowest * unit[:, None]
+    resolved, w = seen.omega <= highest, problem.weight
+    X = solved_currents(L, R, B if resolved else coils, lowest)
+    answer = seen_currents(X, B, lowest, w) if resolved else reduced(L, R, B, weight=w, highest=highest)
+    ways, scale = [X[:, -len(coils) :]], -1j * lowest * unit[:, None]
     if np.iscomplexobj(R):
         ways.append(solved_currents(L.conj(), R.conj(), coils.conj(), lowest))
-        scale *= problem.weight / 2
-    return _RestingClass(problem, Solved(seen.omega, Y), [scale * each for each in ways], np.zeros(0, dtype=int))
+        scale *= w / 2
+    return _RestingClass(problem, answer, [scale * each for each in ways], np.zeros(0, dtype=int))
 
 
 def _reactions(

@@ -130,7 +130,8 @@ def divided_plate(
     near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
-    divisions = _answering(*asked, part, None if near and not sources else frequency[0], clear[1])
+    lone = frequency[0] * (frequency[0] == sensor.frequency)  # else one of many
+    divisions = _answering(*asked, part, None if near and not sources else lone, clear[1])
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
@@ -140,7 +141,7 @@ def divided_plate(
 def _answering(
     plate: Target, rung: PlateRung, scale: Any, part: PlateRequest, frequency: float | None, others: float
 ) -> tuple[Any, ...]:
-    """Return a metal plate's divisions, for a frequency alone where that pays [Hz]; without one close to its coils."""
+    """Return a metal plate's divisions, for a frequency alone where that pays [Hz], 0 for all; None close to coils."""
     if frequency is None:
         return prepared_near(plate, rung, scale, others, part.become)
     alone = lone_frequency(plate, rung, scale, (part.sources, part.become), frequency)

@@ -60,13 +60,13 @@ def test_a_target_seen_cell_by_cell_is_that_of_polynomials(monkeypatch: pytest.M
 @pytest.mark.slow
 def test_random_currents_are_added_to_those_that_were_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
     """A plate is asked about as many fields as it has combinations at most; about half as many more anew each time."""
-    columns, made, whole, parts = list[int](), list[object](), far.seen, neighbours.seen_from
+    columns, asked, whole, parts = list[int](), list[tuple](), far.seen, neighbours.seen_from
     monkeypatch.setattr(far, "seen", lambda plate, field, r: columns.append(field.shape[2]) or whole(plate, field, r))
-    monkeypatch.setattr(neighbours, "seen_from", lambda plate, *more: made.append(plate) or parts(plate, *more))
+    monkeypatch.setattr(neighbours, "seen_from", lambda *given: asked.append(given) or parts(*given))
     found(over('"0 mm","0 mm","-1.2 mm"'))
     columns.clear()
-    plate = made[0]
-    seen_from(plate, plate.box.clearance, 1e7, 1e-9)
+    plate, _, omega, *_ = asked[0]
+    seen_from(plate, plate.box.clearance, omega, 1e-9)
     assert len(columns) > 1 and sum(columns) == plate.seen
 
 
