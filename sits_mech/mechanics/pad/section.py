@@ -73,7 +73,6 @@ from sits_mech.mechanics.pad.stack import (
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
-_SAME_LINE = 1e-6  # thicknesses, or cells, that are rounding
 _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
@@ -201,7 +200,7 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
     if cover is not None:
         breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
-        if 0.0 < pressed.edge < cover.half_x - _SAME_LINE:
+        if pressed.edge and widened(pressed.edge, cover.half_x) < cover.half_x:
             breaks = sorted({*breaks, -pressed.edge, pressed.edge})
     x, z = (
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
