@@ -175,9 +175,9 @@ class Pressing(Walk):
         return replace(found, state=replace(found.state, iterations=spent), reason=reason)
 
 
-def _rule_of(body: Bonded) -> Callable[..., Walk]:
-    """Return the rule of a leg of a body's path."""
-    return PathLeg if body.press is None else Pressing
+def _rule_of(body: Bonded, asked: Callable[..., Walk] | None) -> Callable[..., Walk]:
+    """Return the rule that is asked for, or that of a leg of a body's path."""
+    return asked or (PathLeg if body.press is None else Pressing)
 
 
 def advance(
@@ -188,7 +188,7 @@ def advance(
     The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
     same numbers.
     """
-    rule = rule or _rule_of(body)
+    rule = _rule_of(body, rule)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:
