@@ -198,7 +198,8 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
     levels = [0.0, *(each.height for each in between), 1.0]
     rims = list[tuple[float, float]]()
     if cover is not None:
-        breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x, *pressed.ends}), [*levels, *cover.levels]
+        breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
+        breaks = pressed.among(breaks)
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
     x, z = (
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)

@@ -19,7 +19,7 @@ bonded media.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -107,6 +107,10 @@ class Pressed(NamedTuple):
 
     near: float = 0.0  # half the width that a round shape may meet, where cells are divided
     ends: tuple[float, ...] = ()  # where a flat one, or a pressure, ends: lines
+
+    def among(self, breaks: Sequence[float]) -> list[float]:
+        """Return lines with those ends that a cell has room beside."""
+        return sorted([*breaks, *(end for end in self.ends if min(abs(end - each) for each in breaks) > _FLUSH)])
 
 
 def pressed_part(sensor: Sensor) -> Pressed:
