@@ -72,7 +72,6 @@ _OPENS = 50.0  # times (sink/t)**2: what edges that a press opens add beyond the
 _WITHIN = 1.0  # times what two levels add sideways where the target's edge is within the face (family.py)
 _LEAST = 0.03  # of the displacement: an edge's term on two levels, whose parts may cancel (family.py)
 _ROUGH = 1.0  # error of an answer on two levels that is not spoken of
-_DEPTH = 1e-4  # thicknesses over which the pressure of contact builds up
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     Raise ValueError for half a user's mesh where the whole pad is asked for.
     """
     target, elastomer = pad_parts(sensor)
-    depths = {"never": (0.0,), "always": (_DEPTH,), "auto": (0.0, _DEPTH)}[elastomer.contact]
+    depths = {"never": (0.0,), "always": (PRESSED,), "auto": (0.0, PRESSED)}[elastomer.contact]
     if elastomer.mesh is not None:
         families, share = [partial(meshed_family, sensor, guard, _SHARE) for guard in _GUARDS], meshed_share(sensor)
         if whole and share < 1.0:

@@ -206,7 +206,7 @@ def _axisymmetric(sensor: Sensor, question: Question) -> Refusal | None:
         return refusal
     others = {name for load in question.loads for name, value in vars(load).items() if value and name != "F_z"}
     touch = shape_on_cover(sensor)
-    if touch is not None and (touch.shape == "cylinder" or touch.width is not None):
+    if touch is not None and not touch.is_round:
         return Refusal("touch", "be round for axisymmetric", f"a {touch.words}")
     if others or not question.loads:
         return Refusal("loads", "be F_z alone for axisymmetric", ", ".join(sorted(others)) or "none")

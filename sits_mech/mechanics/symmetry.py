@@ -105,8 +105,8 @@ def symmetry_of(sensor: Sensor) -> Symmetry:
         return Symmetry()
     parts = [(target.extent, target.is_round)]
     parts += [] if elastomer is None else [(elastomer.extent, elastomer.is_round)]
-    if (touch := shape_on_cover(sensor)) is not None and (touch.shape == "cylinder" or touch.width is not None):
-        parts.append(((np.ptp(touch.border[:, 0]), np.ptp(touch.border[:, 1])), False))
+    if (touch := shape_on_cover(sensor)) is not None and not touch.is_round:
+        parts.append((np.ptp(touch.border, axis=0).tolist(), False))
     if all(is_round for _, is_round in parts):
         return Symmetry("disc")
     return Symmetry("square" if all(size[0] == size[1] for size, _ in parts) else "rectangle")

@@ -153,8 +153,10 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
     if given:
         _check_forces(held, shears)
     if sensor.touch.friction == "none" and (shears or any(held["M_z"]) or min(held["F_z"]) < 0.0):
-        raise SceneError('touch.friction: must be "sticking" for shear, torsion or a pull (F_z < 0); got "none"')
-    if sensor.cover is not None and any(held["M_z"]):
+        words = "" if sensor.cover is None else ", which only a pressure is on a cover,"
+        raise SceneError(f'touch.friction: must be "sticking"{words} for shear, torsion or a pull (F_z < 0); '
+                         'got "none"')
+    if any(held["M_z"]) and sensor.cover is not None:
         raise SceneError(f"M_z: must be 0 for a {sensor.touch.words}, which does not turn a cover; got some")
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):

@@ -91,6 +91,11 @@ class Touch(BaseModel):
         return self.x, self.y
 
     @property
+    def is_round(self) -> bool:
+        """Whether it is its own image by any turn about its place."""
+        return self.shape == "sphere" or self.diameter is not None
+
+    @property
     def border(self) -> Array:
         """The border of what it touches about its place, shape (n, 2) [m]: one point of a sphere."""
         if self.diameter is not None:

@@ -67,7 +67,7 @@ COVER = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}'
     ('shape="sphere", radius="1 mm", friction="sticking"', 'touch.friction must be "none" on a cover'),
     ('shape="cylinder", radius="1 mm", length="9 mm", axis="x"', "touch.length must reach beyond the cover"),
     ('shape="punch", width="2 mm", length="2 mm"', "touch.edge_radius must be at least 0.02 mm .* got none"),
-    ('shape="punch", diameter="2 mm", edge_radius="2 mm"', "edge_radius must be at most half the punch, 1 mm; got 2 mm"),
+    ('shape="punch", diameter="2 mm", edge_radius="2 mm"', "edge_radius must be at most half the punch, 1 mm"),
     ('shape="sphere", radius="1 mm", edge_radius="0.1 mm"', "edge_radius must be left out of a sphere"),
 ])
 def test_what_does_not_press_on_a_cover_is_refused(touch, words):

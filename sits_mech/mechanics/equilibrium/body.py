@@ -151,6 +151,10 @@ class Bonded:
         """Whether a rigid shape presses on its cover by a load."""
         return self.press is not None and self.press.meets(load)
 
+    def stands(self, u: Array, load: Array) -> float:
+        """Return where a shape stands that presses on its cover by a load, displaced by u; nan without one."""
+        return np.nan if self.press is None else self.press.height(u, load)
+
     def reach(self, thickness: float = 1.0) -> Array:
         """Return the factors from motion components to displacements of the target's edge, shape (6,) [1, m]."""
         x, y = (float(each) for each in np.abs(self.X[:, :2]).max(axis=0) * thickness)

@@ -88,8 +88,7 @@ def newton(
     held = np.zeros(body.components, dtype=bool) if held is None else held
     take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
     load = np.where(held, start.load, goal)
-    height = np.nan if body.press is None else body.press.height(start.u, load)
-    here = replace(start, load=load, height=height, known=deformed_state(body, start))
+    here = replace(start, load=load, height=body.stands(start.u, load), known=deformed_state(body, start))
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
     length = part = taken = 0.0
@@ -100,7 +99,7 @@ def newton(
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
-        if count == most or _done(steps, left, (body.length(off), taken), body.slips or body.meets(goal)):
+        if count == most or _done(steps, left, (body.length(off), taken), body.slips | body.meets(goal)):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one

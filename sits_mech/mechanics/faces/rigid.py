@@ -36,12 +36,11 @@ from sits_mech.mechanics.faces.contact import Contact, Jet, pressure
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Array
 from sits_mech.scene.touch import Touch
+from sits_mech.units import SLACK
 
 _NOWHERE = PlateOutline(0.0, 0.0, False)
-_FAR = 1e9  # thicknesses, half the length of a cylinder that goes on beyond the cover
 _TRIED = (0.1, 0.3, 0.6, 0.9)  # of the room, where a shape is expected to press more
 _SOFT, _STEP = 0.01, 10.0  # of the room, the first depth by which a shape is let in; of one over the next
-_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -59,10 +58,10 @@ class Rigid:
         out = np.maximum(w, 0.0)
         size = np.linalg.norm(out, axis=1)
         outside = size > 0.0
-        n = np.where(outside[:, None], out / np.maximum(size, _TINY)[:, None], w == w.max(axis=1, keepdims=True))
-        bent = (slope.swapaxes(1, 2) * (out > 0.0)[:, None]) @ slope / np.maximum(size, _TINY)[:, None, None]
+        n = np.where(outside[:, None], out / np.maximum(size, SLACK)[:, None], w == w.max(axis=1, keepdims=True))
+        bent = (slope.swapaxes(1, 2) * (out > 0.0)[:, None]) @ slope / np.maximum(size, SLACK)[:, None, None]
         along = np.einsum("mi,mij->mj", n, slope)
-        bent -= outside[:, None, None] * along[:, :, None] * along[:, None, :] / np.maximum(size, _TINY)[:, None, None]
+        bent -= outside[:, None, None] * along[:, :, None] * along[:, None, :] / np.maximum(size, SLACK)[:, None, None]
         bent += np.einsum("mi,mijk->mjk", n, curvature)
         return self.radius - np.where(outside, size, w.max(axis=1)), -along, -bent
 
@@ -75,7 +74,7 @@ class Rigid:
             w[:, :2] = np.abs(y[:, :2]) - self.core
             slope[:, [0, 1], [0, 1]] = np.sign(y[:, :2])
             return w, slope, curvature
-        away = np.maximum(np.linalg.norm(y[:, :2], axis=1), _TINY)
+        away = np.maximum(np.linalg.norm(y[:, :2], axis=1), SLACK)
         n = y[:, :2] / away[:, None]
         w[:, 0], slope[:, 0, :2] = away - self.core[0], n
         curvature[:, 0, :2, :2] = (np.eye(2) - n[:, :, None] * n[:, None, :]) / away[:, None, None]
@@ -136,12 +135,12 @@ class Press:
     def _pressure(self, u: Array, load: Array) -> Term:
         """Return the term of a pressure, which has no stiffness."""
         (F_x, F_z, _, F_y, _, _), points = all_six(load), self.points
-        half = np.maximum(np.abs(self.touch.border).max(axis=0) / self.thickness, _TINY)
+        half = np.maximum(np.abs(self.touch.border).max(axis=0) / self.thickness, SLACK)
         away = np.abs(points.rest[..., :2] - (self._place(load) if F_z else 0.0))
         across = np.hypot(*np.moveaxis(away, -1, 0)) / half[0] if self.touch.diameter else (away / half).max(axis=-1)
         inside = across <= 1.0
         weight = points.weight * inside
-        share = np.einsum("fp,fpk->fk", weight / max(float(weight.sum()), _TINY), points.shape)
+        share = np.einsum("fp,fpk->fk", weight / max(float(weight.sum()), SLACK), points.shape)
         on_nodes = np.zeros((points.size, len(points.axes)))
         np.add.at(on_nodes, points.nodes, share[..., None] * np.array([F_x, F_y, -F_z])[list(points.axes)])
         numbers = self.surface.numbers_of_shape
@@ -159,7 +158,7 @@ class Press:
         if touch.shape == "sphere":
             return Rigid((0.0,), (touch.radius or 0.0) / t, lowest)
         if touch.shape == "cylinder":
-            return Rigid((_FAR, 0.0) if touch.axis == "x" else (0.0, _FAR), (touch.radius or 0.0) / t, lowest)
+            return Rigid((math.inf, 0.0) if touch.axis == "x" else (0.0, math.inf), (touch.radius or 0.0) / t, lowest)
         e = (touch.edge_radius or 0.0) / t
         half = np.abs(touch.border).max(axis=0) / t - e
         return Rigid((float(half[0]),) if touch.diameter else (float(half[0]), float(half[1])), e, lowest)

@@ -203,19 +203,16 @@ def extrapolated_equilibrium(
     state_kept = np.concatenate([[number], pack_state(fine), pack_state(coarse)])
     shared = np.pad(np.where(held, 0.0, best.parts * unit * scales.lengths[:k]), ((0, 0), (0, 6 - k)))
     finest = tuple(pack_state(each.state) for each in found[2:kept])
-    sunk = _sunk(levels, [each.state for each in found[:kept]], scales) if body.meets(fine.load) else None
+    sunk = _sunk(levels, [each.state for each in found[:kept]], scales)
     pose, wrench = scales.pose(q), scales.wrench(load)
     return Equilibrium(wrench, pose, Pose.of(error), state_kept, report, shared, finest, sunk=sunk)
 
 
-def _sunk(levels: Levels, states: Sequence[State], scales: Scales) -> tuple[float, float]:
+def _sunk(levels: Levels, states: Sequence[State], scales: Scales) -> tuple[float, float] | None:
     """Return how deep a shape on a cover stands, and its error [m]: of meshes, and the depth of contact."""
-    presses = [levels.maker(level).press for level in range(len(states))]
-    each = [
-        np.array([-press.height(state.u, state.load)])
-        for press, state in zip(presses, states, strict=True) if press is not None
-    ]
+    if levels.fine.press is None or not levels.fine.meets(states[-1].load):
+        return None
+    each = [np.array([-levels.maker(k).stands(state.u, state.load)]) for k, state in enumerate(states)]
     two, whole = len(each) == 2, np.ones(1, dtype=bool)
     limit = levels.early(each, whole, pressed=True) if two else levels.limit(each, pressed=True)
-    depth = min(press.depth for press in presses if press is not None)
-    return float(limit.value[0]) * scales.thickness, float(limit.error[0] + depth) * scales.thickness
+    return float(limit.value[0]) * scales.thickness, float(limit.error[0] + levels.fine.press.depth) * scales.thickness

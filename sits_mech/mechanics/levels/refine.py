@@ -105,17 +105,11 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     fails, from rest, unless cells at rims are eliminated.
     """
     (before, state), (held, goal) = states, aim
+    if levels.fine.press is not None:
+        yield from _pressed(levels, state, aim)
+        return
     for level in range(2, min(levels.rested, len(levels))):
-        body = levels.maker(level)
-        if body.press is not None:  # what presses is found again on each mesh
-            begun = prolonged(levels, level, state) or unloaded(body)
-            ended = replace(advance(body, begun, Path((begun.load, goal), held)), off=0.0 * goal)
-            if ended.reason:
-                return
-            before, state = state, replace(ended.state, known=None)
-            yield replace(ended, state=state)
-            continue
-        enough = 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
+        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
         found = None if given else nearly_at_rest(levels, level, state, aim, enough)
         if not given and (found is None or found.reason) and not body.patch:
             found = nearly_at_rest(levels, level, None, aim, enough)
@@ -129,3 +123,16 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
         yield replace(found, state=state)
         if body.length(found.off) > enough:  # finer cells settle later still
             return
+
+
+def _pressed(levels: Levels, state: State, aim: tuple[Held, Array]) -> Iterator[Outcome]:
+    """Yield the rests of a cover that is pressed on: what presses is found again on each mesh."""
+    held, goal = aim
+    for level in range(2, min(levels.rested, len(levels))):
+        body = levels.maker(level)
+        begun = prolonged(levels, level, state) or unloaded(body)
+        ended = advance(body, begun, Path((begun.load, goal), held))
+        if ended.reason:
+            return
+        state = replace(ended.state, known=None)
+        yield replace(ended, state=state, off=0.0 * goal)

@@ -73,7 +73,6 @@ from sits_mech.mechanics.pad.stack import (
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 
-_SAME_LINE = 1e-6  # thicknesses, or cells, that are rounding
 _ENDLESS = 1e6  # thicknesses of half the target along y
 
 
@@ -200,9 +199,8 @@ def _lines(section: Section, cells: int, grading: float) -> tuple[Array, Array, 
     rims = list[tuple[float, float]]()
     if cover is not None:
         breaks, levels = sorted({*breaks, -cover.half_x, cover.half_x}), [*levels, *cover.levels]
+        breaks = pressed.among(breaks)
         rims = [(half_target, cover.levels[0]), (cover.half_x, 1.0)]
-        if 0.0 < pressed.edge < cover.half_x - _SAME_LINE:
-            breaks = sorted({*breaks, -pressed.edge, pressed.edge})
     x, z = (
         graded_lines(ends, [matched_cells(b - a, cells, grading) for a, b in pairwise(ends)], grading)
         for ends in (breaks, levels)

@@ -19,7 +19,7 @@ bonded media.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -35,7 +35,7 @@ from sits_mech.scene.sensor import Elastomer, Sensor, shape_on_cover, stack_of
 GUARD_SHARE = 0.005
 """Of the bulk modulus that may act pointwise."""
 PRESSED = 1e-4
-"""Thicknesses over which the pressure of a shape on a cover builds up: it stands as much too deep."""
+"""Thicknesses over which the pressure of contact in space, and of a shape on a cover, builds up."""
 _CONTACT, _AREA = 2, 24  # points along an edge of a face, of a shape's contact and of an area that ends within it
 _FLUSH = 1e-4  # thicknesses between the rims of target and layer up to which the two are flush
 
@@ -106,7 +106,11 @@ class Pressed(NamedTuple):
     """What of a cover's top is pressed on about the axis [thicknesses of the pad]."""
 
     near: float = 0.0  # half the width that a round shape may meet, where cells are divided
-    edge: float = 0.0  # where a flat one, or a pressure, ends: a line
+    ends: tuple[float, ...] = ()  # where a flat one, or a pressure, ends: lines
+
+    def among(self, breaks: Sequence[float]) -> list[float]:
+        """Return lines with those ends that a cell has room beside."""
+        return sorted([*breaks, *(end for end in self.ends if min(abs(end - each) for each in breaks) > _FLUSH)])
 
 
 def pressed_part(sensor: Sensor) -> Pressed:
@@ -114,12 +118,13 @@ def pressed_part(sensor: Sensor) -> Pressed:
 
     A round shape that is sunk by half its room d meets less than ``(2 R d)^(1/2)``.
     """
-    touch, cover = shape_on_cover(sensor), sensor.cover
-    if touch is None or cover is None or sensor.elastomer is None:
+    touch, cover, over = shape_on_cover(sensor), sensor.cover, covering(sensor)
+    if touch is None or cover is None or over is None or sensor.elastomer is None:
         return Pressed()
     t, half = sensor.elastomer.thickness, 0.5 * (touch.diameter or touch.width or 0.0)
     if touch.radius is None:
-        return Pressed(0.0, (half - (touch.edge_radius or 0.0)) / t)
+        edge = (half - (touch.edge_radius or 0.0)) / t
+        return Pressed(ends=(-edge, edge) if 0.0 < widened(edge, over.half_x) < over.half_x else ())
     return Pressed(math.sqrt(touch.radius * min(cover.thickness, touch.radius)) / t)
 
 

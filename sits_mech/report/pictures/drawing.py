@@ -253,7 +253,7 @@ def _draw_section(axes: Axes, it: Drawing) -> None:
                 axes.hlines(np.full(len(pieces), z), *pieces.T, color="0.3", linewidth=0.5)
     touch, tops = it.sensor.touch, [plate.top for plate in it.plates if plate.name == "target"]
     if touch is not None and np.isfinite(tops).all():
-        over = 0.0 if it.sensor.cover is None else it.sensor.cover.thickness
+        over = getattr(it.sensor.cover, "thickness", 0.0)
         place = np.array([*touch.place, *(top / MM + over for top in tops)])
         draw_from_the_side(axes, touch, place, np.array([0.0, 0.0, 1.0]), it.plane)
     corners, sign = _tracks(it.sensor, it.plane)

@@ -208,7 +208,7 @@ def test_the_answer_hangs_on_the_contact_depth_less_than_its_error(depth, monkey
     """Half and twice of it, each answer on the meshes that get there."""
     sensor, wrench = scene((15, 15), (15, 15), 3.0), Wrench(F_z=55.0)
     found = block_pad(sensor).equilibrium(wrench)
-    monkeypatch.setattr(block, "_DEPTH", depth)
+    monkeypatch.setattr(block, "PRESSED", depth)
     other = block_pad(sensor).equilibrium(wrench)
     assert abs(other.pose.d_v - found.pose.d_v) < found.error.d_v + other.error.d_v
 
