@@ -186,17 +186,18 @@ def choose_mechanics(
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
     every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
     able = next((each for each in every if each.model.bends), None)
-    if able is None or shape_on_cover(sensor) is not None or _of_a_film(sensor, found):
-        return found
-    if _bends_by(sensor, loads, able) < HALF * tolerance:
+    if able is None or _stays_rigid(sensor, found) or _bends_by(sensor, loads, able) < HALF * tolerance:
         return found
     return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
 
 
-def _of_a_film(sensor: Sensor, found: Choice) -> bool:
-    """Whether a film is answered by one compliance: meshes that bend would have a thousand cells across."""
+def _stays_rigid(sensor: Sensor, found: Choice) -> bool:
+    """Whether a target is rigid in any model: under a shape on its cover; on a film that one compliance answers.
+
+    Meshes of a film that bend would have a thousand cells across.
+    """
     film = sensor.target is not None and sensor.elastomer is not None and is_film(sensor.target, sensor.elastomer)
-    return film and not MECHANICS[found.name].bends
+    return shape_on_cover(sensor) is not None or (film and not MECHANICS[found.name].bends)
 
 
 def _bends_by(sensor: Sensor, loads: Sequence[Wrench], able: Candidate) -> float:

@@ -25,8 +25,6 @@ from sits_mech.units import millimetres as mm
 _SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length", "axis")}
 _FACE = ("width", "length", "diameter")
 _KEYS = ("radius", "axis", *_FACE)
-_FINEST = 0.02  # of a cover's thickness, an edge that its meshes resolve
-
 
 Touchable = tuple[Target, Cover | None, Elastomer | None]
 """A target, its cover, and the pad below."""
@@ -134,7 +132,7 @@ def _check_on_silicone(touch: Touch, cover: Cover, pad: Elastomer) -> None:
         raise SceneError(f"elastomer.friction must be 0 with a touch on a cover; got {pad.friction:g}")
     if touch.friction == "sticking" and touch.shape != "pressure":
         raise SceneError('touch.friction must be "none" on a cover, but for a pressure; got "sticking"')
-    least = _FINEST * cover.thickness
+    least = cover.thickness / 50.0  # meshes resolve no sharper edge
     if touch.shape == "punch" and (touch.edge_radius or 0.0) < least:
         got = "none" if touch.edge_radius is None else mm(touch.edge_radius, 3)
         raise SceneError(f"touch.edge_radius must be at least {mm(least, 3)} on this cover, whose meshes resolve no "

@@ -19,7 +19,7 @@ Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isclose
 
@@ -39,6 +39,7 @@ from sits_mech.mechanics.equilibrium.newton import (
     newton,
 )
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
+from sits_mech.mechanics.faces.rigid import Press
 from sits_mech.quantities import Array
 
 _LOG = logging.getLogger(__name__)
@@ -72,15 +73,19 @@ class Walk:
         self.body = (body or self.body).near(start.u)
         for _ in range(_LOOKS):
             found = newton(self.body, start, goal, self.path.held, steps=self.steps)
-            spent, wanders = found.state.iterations, found.reason and not found.length > LONGEST
-            if wanders and not (self.steps.falling or self.body.slips) and self.here.iterations + spent < self.most:
-                found = newton(self.body, start, goal, self.path.held, steps=DESCENT)
+            if self._wanders(found):
+                spent, found = found.state.iterations, newton(self.body, start, goal, self.path.held, steps=DESCENT)
                 found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
             self.body = wider
         return found
+
+    def _wanders(self, found: Outcome) -> bool:
+        """Whether full steps wander, where there are iterations left to descend."""
+        left = self.here.iterations + found.state.iterations < self.most
+        return bool(found.reason) and left and not (found.length > LONGEST or self.steps.falling or self.body.slips)
 
     def lengthen(self, found: Outcome) -> None:
         """Choose the next increment after one that came to rest."""
@@ -160,19 +165,25 @@ class Pressing(Walk):
         begun, own = replace(start or self.here, iterations=0), body or self.body
         if (press := own.press) is None or not press.meets(goal):
             return super().rest(goal, begun, own)
-        found, spent = Outcome(begun, reason=PathEnd.LOST), 0
-        for depths in ((press.depth,), press.depths)[not press.meets(begun.load) :]:
-            found = Outcome(begun)
-            for depth in depths:
-                here = replace(found.state, iterations=0)
-                found = super().rest(goal, here, replace(own, press=replace(press, depth=depth)))
-                spent += found.state.iterations
-                if found.reason:
-                    break
-            if not found.reason:
+        ways = ((press.depth,), press.depths)[not press.meets(begun.load) :]
+        found = self._let_in(own, begun, goal, press, ways[0])
+        if found.reason and len(ways) > 1:
+            spent = found.state.iterations
+            found = self._let_in(own, begun, goal, press, ways[1])
+            found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+        sunk = not found.reason and -found.state.height > press.room
+        return replace(found, reason=PathEnd.SUNK) if sunk else found
+
+    def _let_in(self, body: Bonded, begun: State, goal: Array, press: Press, depths: Sequence[float]) -> Outcome:
+        """Return the rest under a goal, reached through rests by which a shape is let in more and more."""
+        found, spent = Outcome(begun), 0
+        for depth in depths:
+            softer = replace(body, press=replace(press, depth=depth))
+            found = super().rest(goal, replace(found.state, iterations=0), softer)
+            spent += found.state.iterations
+            if found.reason:
                 break
-        reason = PathEnd.SUNK if not found.reason and -found.state.height > press.room else found.reason
-        return replace(found, state=replace(found.state, iterations=spent), reason=reason)
+        return replace(found, state=replace(found.state, iterations=spent))
 
 
 def _rule_of(body: Bonded, asked: Callable[..., Walk] | None) -> Callable[..., Walk]:
