@@ -27,7 +27,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from sits_mech.geometry.meshing.bricks import PlateOutline
 from sits_mech.mechanics.element.assembly import Term
@@ -123,6 +122,8 @@ class Press:
         if not self.meets(load):
             return math.nan
         points, weight = self.surface.places(u).reshape(-1, 3), self.surface.weight.ravel()
+
+        from scipy.optimize import brentq
 
         def left(height: float) -> float:
             """Return what is left of the force at a height."""
