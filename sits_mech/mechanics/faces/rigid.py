@@ -121,9 +121,9 @@ class Press:
         """Return where a shape stands that presses by a load on a face displaced by u, which stays; nan without."""
         if not self.meets(load):
             return math.nan
-        points, weight = self.surface.places(u).reshape(-1, 3), self.surface.weight.ravel()
-
         from scipy.optimize import brentq
+
+        points, weight = self.surface.places(u).reshape(-1, 3), self.surface.weight.ravel()
 
         def left(height: float) -> float:
             """Return what is left of the force at a height."""
