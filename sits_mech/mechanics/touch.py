@@ -161,6 +161,24 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
     x, y = (axes.get(name, [own]) for name, own in zip(TOUCH, sensor.touched_point, strict=True))
     for place in itertools.product(x, y):
         check_place(sensor.touch, (_target(sensor), sensor.cover, sensor.elastomer), place)
+    _check_radius(sensor, sensor.touch, max(held["F_z"]))
+
+
+def _check_radius(sensor: Sensor, touch: Touch, force: float) -> None:
+    """Refuse a round shape, thinner than the cover, far beyond the force that lets it sink in by its radius.
+
+    On a half space of mu that force is 16/3 mu R^2 of a sphere, pi mu R l of a cylinder (Hertz's areas as wide as they
+    are); ten times as much leaves room for the target below, and for what strains add.
+    """
+    cover, pad, R = sensor.cover, sensor.elastomer, touch.radius
+    if cover is None or pad is None or R is None or R >= cover.thickness:
+        return
+    mu, power = cover.silicone.shear_modulus, 2 if touch.length is None else 1
+    least = 16.0 / 3.0 * mu * R**2 if power == 2 else math.pi * mu * R * max(cover.extent(_target(sensor), pad))
+    if force > 10.0 * least:
+        needed = mm(R * (force / least) ** (1.0 / power), 2)
+        raise SceneError(f"touch.radius: must be some {needed} or more under {force:g} N, or what presses sinks into "
+                         f"the cover by its radius, as under {least:.2g} N; got {mm(R)}")
 
 
 def _check_forces(held: Mapping[str, Sequence[float]], shears: bool) -> None:

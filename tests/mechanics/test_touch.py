@@ -7,7 +7,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.closed_form import strip_layer
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
-from sits_mech.mechanics.touch import contact_point, on_target, touch_wrench, touched
+from sits_mech.mechanics.touch import check_places, contact_point, on_target, touch_wrench, touched
 from sits_mech.quantities import Equilibrium, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import SceneError, load_sensor
@@ -181,3 +181,16 @@ def test_loads_that_a_touch_does_not_have_are_refused(touch, load, words):
     scene = sensor(touch)
     with pytest.raises(SceneError, match=words):
         touched(layer_of(scene), scene).equilibrium(load)
+
+
+@pytest.mark.parametrize(("shape", "taken", "refused"), [
+    ('shape="sphere", radius="0.3 mm"', 0.86, 0.87),
+    ('shape="cylinder", radius="0.1 mm", length="30 mm", axis="x"', 9.6, 9.7),
+])
+def test_what_a_cover_swallows_is_refused(shape, taken, refused):
+    """By Hertz's areas as wide as the shape: 16/3 mu R^2, and pi mu R over 17 mm, from ten times as much on."""
+    cover = 'cover={material={E="540.54 kPa", nu=0.4995}, thickness="1 mm", overhang="1 mm"}'
+    scene = load_sensor("biorob2018-w15", [f"touch={{{shape}}}", cover])
+    check_places(scene, {"F_z": [0.0, taken]})
+    with pytest.raises(SceneError, match="touch.radius: must be some .* mm or more under .* N, or what presses sinks"):
+        check_places(scene, {"F_z": [refused]})
