@@ -152,8 +152,8 @@ def counted_cost(
 def planned_seconds(
     sensor: Sensor, loads: Sequence[Wrench], *, tolerance: float = 1e-2, mechanics: str = "auto",
     magnetics: str | None = "auto",
-) -> tuple[dict[str, float], LoadForecast | None]:
-    """Return the seconds that each half of a load, or a path of some, is to take by counts, by its model's name.
+) -> tuple[list[tuple[str, float]], LoadForecast | None]:
+    """Return model and seconds that each half of a load, or a path of some, is to take by counts.
 
     With what the counts are of a pad in space. Nothing is solved; `magnetics` None: the target's pose alone.
     """
@@ -166,9 +166,9 @@ def planned_seconds(
         question = magnetic_question(sensor, asked, loads, loaded=True)
         halves.append((chosen("magnetics", MAGNETICS, sensor, question, magnetics, loaded=True), MAGNETICS))
     own = Question(asked, loads=tuple(loads[-1:]))
-    seconds = {choice.name: models[choice.name].cost(replace(own, tolerance=choice.tolerance)).seconds
-               for choice, models in halves}
-    return seconds | ({} if ahead is None else {layer.name: ahead.seconds}), ahead
+    seconds = [(choice.name, models[choice.name].cost(replace(own, tolerance=choice.tolerance)).seconds)
+               for choice, models in halves]
+    return ([] if ahead is None else [(layer.name, ahead.seconds)]) + seconds[ahead is not None :], ahead
 
 
 def table_seconds(

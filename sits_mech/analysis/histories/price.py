@@ -40,7 +40,7 @@ def history_price(
     """Return what a history takes, by counts of its largest load; arguments as of `in_time`, none is solved."""
     largest = largest_load(sensor, history)
     seconds, counts = planned_seconds(sensor, [largest], tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)
-    each, coils = seconds.values()
+    (_, each), (_, coils) = seconds
     if history.held.any() or counts is not None:
         each = forecast_load(sensor, [Wrench()]).seconds
     solved = int(foreseen(history, BETWEEN * tolerance)[0].solved.sum())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -51,17 +51,17 @@ def price_table(found: HistoryPrice, source: str) -> Table:
     return key_table(source, rows)
 
 
-def taken_words(seconds: Mapping[str, float], counts: LoadForecast | None) -> str:
-    """Say what a load is to take, by model, and what is solved of a pad in space."""
-    words = {name: f"{name}, about {_short(own)} s" for name, own in seconds.items()}
+def taken_words(seconds: Sequence[tuple[str, float]], counts: LoadForecast | None) -> str:
+    """Say what a load is to take, by the model of each half, and what is solved of a pad in space."""
+    words = [f"{name}, about {_short(own)} s" for name, own in seconds]
     if counts is not None:
         parts = f"{counts.increments} increments" if counts.increments > 1 else "1 increment"
         meshes = " and ".join(f"{count:,}" for count in counts.unknowns)
         touching = ", free faces pressed" if counts.touching else ""
         more = f"{_short(counts.most)} s with finer meshes{'' if counts.touching else ' or contact'}"
         own = f"block, meshes of some {meshes} unknowns, {parts}{touching}, about {_short(counts.seconds)} s, {more}"
-        words["block"] = own
-    return f"to solve: {'; '.join(words.values())}"
+        words[0] = own
+    return f"to solve: {'; '.join(words)}"
 
 
 def choice_reason(choice: Choice | None) -> str:

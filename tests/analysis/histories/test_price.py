@@ -26,7 +26,7 @@ def test_a_history_is_priced_by_the_times_that_are_solved() -> None:
     assert price.rows == 201
     assert price.solved < 100
     assert price.solved <= solved
-    assert price.seconds >= price.solved * seconds["linear"]
+    assert price.seconds >= price.solved * dict(seconds)["linear"]
     assert history_price(sensor, PULSE, tolerance=1e-3, **models).solved > price.solved
 
 
