@@ -168,7 +168,9 @@ def planned_seconds(
     own = Question(asked, loads=tuple(loads[-1:]))
     seconds = [(choice.name, models[choice.name].cost(replace(own, tolerance=choice.tolerance)).seconds)
                for choice, models in halves]
-    return ([] if ahead is None else [(layer.name, ahead.seconds)]) + seconds[ahead is not None :], ahead
+    if ahead is not None:
+        seconds[0] = layer.name, ahead.seconds
+    return seconds, ahead
 
 
 def table_seconds(
