@@ -81,7 +81,7 @@ def work(pipe: Connection, stops: Connection) -> None:
     from sits_mech.quantities import SolveFailed
     from sits_mech.synthesis.run import design  # noqa: F401
 
-    lock, now = threading.Lock(), [0]
+    lock, now, dropped = threading.Lock(), [0], [0]  # numbers of what is answered, and of what is wanted no more
 
     def follow() -> None:
         """Interrupt an answer that is no longer wanted."""
@@ -89,6 +89,7 @@ def work(pipe: Connection, stops: Connection) -> None:
             while True:
                 number = stops.recv()
                 with lock:
+                    dropped[0] = number
                     if now[0] == number:
                         now[0] = 0
                         interrupt_main()
@@ -107,6 +108,8 @@ def work(pipe: Connection, stops: Connection) -> None:
             number, question = pipe.recv()
             try:
                 with lock:
+                    if dropped[0] == number:  # before it was begun
+                        raise KeyboardInterrupt
                     now[0] = number
                 found: tuple[str, Any] = "done", question.answer(send)
             except (ValueError, ArithmeticError, MemoryError, OSError, SolveFailed) as error:
