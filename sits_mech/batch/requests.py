@@ -32,7 +32,7 @@ from sits_mech.quantities import (
     Pose,
     Wrench,
 )
-from sits_mech.scene.cells import cells_of
+from sits_mech.scene.cells import cells_from
 from sits_mech.scene.sensor import Sensor, changed, scene_table, sensor_from
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
@@ -163,7 +163,7 @@ def _cells(variant: Variant, asked: Row) -> Row:
     x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
     places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
     targets = [{"name": name, "centre": place} for name, place in zip("ABCD", places, strict=False)]
-    given = cells_of(scene_table(variant.sensor) | {"targets": targets}, "cells")
+    given = cells_from(scene_table(variant.sensor) | {"targets": targets}, "cells")
     found = cell_crosstalk(given, asked.get("tolerance", 1e-2))
     row: Row = {"finite_strain": found.finite_strain}
     for before, sizes in zip(("", "error_"), found.largest, strict=True):

@@ -79,7 +79,7 @@ class Modes:
 
 
 @dataclass(frozen=True)
-class Solved:
+class AtFrequency:
     """One conductor, or a class of it, seen through a basis of fields at one frequency."""
 
     omega: float  # [rad/s]
@@ -186,15 +186,15 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     return Reduced(diagonal, off_diagonal, W, highest)
 
 
-def solved(L: Any, R: Any, B: Any, *, omega: float, weight: float = 1.0) -> Solved:
+def solved(L: Any, R: Any, B: Any, *, omega: float, weight: float = 1.0) -> AtFrequency:
     """Return what fluxes B (b, n) see of a conductor at one frequency [rad/s]; L, R and `weight` as of `reduced`."""
     return seen_currents(solved_currents(L, R, B, omega), B, omega, weight)
 
 
-def seen_currents(X: Complex, B: Any, omega: float, weight: float) -> Solved:
+def seen_currents(X: Complex, B: Any, omega: float, weight: float) -> AtFrequency:
     """Return what fluxes see of what they drive, X of `solved_currents`."""
     Y = B @ X * weight if np.iscomplexobj(B) else B @ X.real + 1j * (B @ X.imag)
-    return Solved(omega, omega**2 / 2 * (Y + Y.T))
+    return AtFrequency(omega, omega**2 / 2 * (Y + Y.T))
 
 
 def solved_currents(L: Any, R: Any, B: Any, omega: float) -> Complex:

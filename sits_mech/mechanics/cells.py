@@ -32,7 +32,7 @@ from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.refine import refine
-from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, ends_of, in_slots, within
+from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, in_slots, inside_of, scaled_ends
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
 from sits_mech.mechanics.pad.stack import covering
 from sits_mech.mechanics.pressed import Level, followed, touch_forces
@@ -152,17 +152,17 @@ def cells_level(cells: Cells, body: Bonded) -> Level:
 
 def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     """Return the whole pad with all its targets bonded; parts of a base cell and layers as in `bonded_block`."""
-    t, ends, covered = cells.pad.thickness, ends_of(cells), covering(cells.sensor)
+    t, ends, covered = cells.pad.thickness, scaled_ends(cells), covering(cells.sensor)
     mesh, division = box_bricks(*cell_lines(cells, split, layers))
     high, over = 1.0 if covered is None else covered.levels[0], cells.cover_ends / t
 
     def inside(places: Array) -> Mask:
         """Whether places (n, 3) are within a target seen from above."""
-        return np.asarray(np.any([within(own, places) for own in ends], axis=0))
+        return np.asarray(np.any([inside_of(own, places) for own in ends], axis=0))
 
     if covered is not None:
         mesh, _ = hollowed(mesh, division, lambda at: (at[:, 2] < 1.0) | (
-            within(over, at) & (~inside(at) | (at[:, 2] > high))
+            inside_of(over, at) & (~inside(at) | (at[:, 2] > high))
         ))
     elif cells.slots:
         cut = partial(in_slots, cells.slots, cells.pad)
@@ -191,5 +191,5 @@ def _compliance(cells: Cells, level: Level) -> Array:
 
 def _on_targets(cells: Cells, body: Bonded) -> list[tuple[Mask, Array]]:
     """Return of each target which bonded nodes are its own, and these from its centre."""
-    each = [(within(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in ends_of(cells)]
+    each = [(inside_of(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in scaled_ends(cells)]
     return [(on, body.X[on] - centre) for on, centre in each]

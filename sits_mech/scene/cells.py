@@ -300,10 +300,10 @@ def load_cells(source: str | Path, overrides: Sequence[str] = ()) -> Cells:
     tables = scene_tables(source, overrides)
     if "targets" not in tables:
         raise SceneError(f"{source}: targets must be given, [[targets]] with name and centre of each; it is missing")
-    return cells_of(tables, str(source))
+    return cells_from(tables, str(source))
 
 
-def cells_of(tables: Mapping[str, Any], where: str) -> Cells:
+def cells_from(tables: Mapping[str, Any], where: str) -> Cells:
     """Return the checked cells that a scene's tables describe; raises as `load_sensor`, `where` first."""
     keys = tuple(Places.model_fields)
     places = checked(Places, {key: tables[key] for key in keys if key in tables}, "scene", where)

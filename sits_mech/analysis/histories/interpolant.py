@@ -77,13 +77,13 @@ def foreseen(history: LoadHistory, most: float) -> tuple[LoadHistory, Mask]:
     while True:
         known, left = divided.solved, own & ~divided.solved
         _, off = Interpolant(divided.time[known], corners[known], load[known]).at(divided.time[left])
-        more = further(divided, own, divided.time[known], np.max(off, axis=1) / (0.5 * most))
+        more = more_times(divided, own, divided.time[known], np.max(off, axis=1) / (0.5 * most))
         if not more.any():
             return divided, own
         divided = replace(divided, solved=known | more)
 
 
-def further(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
+def more_times(history: LoadHistory, own: Mask, solved: Array, share: Array) -> Mask:
     """Return which times to solve besides, from solved ones and errors of interpolation over their limit, by row."""
     left, found = np.flatnonzero(own & ~history.solved), np.zeros(own.size, dtype=bool)
     inside = np.searchsorted(solved, history.time[left], side="right")

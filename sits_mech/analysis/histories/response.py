@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from sits_mech.analysis.histories.interpolant import Interpolant, foreseen, further
+from sits_mech.analysis.histories.interpolant import Interpolant, foreseen, more_times
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.aimed import aim_at, aimed_loads
 from sits_mech.chain.goal import Goal, farthest
@@ -156,7 +156,7 @@ class _Asked:
         if goal is not None:
             spent = goal.magnetics + np.max(near @ np.abs(goal.weights).T, axis=1)
         most = np.clip(tolerance - spent, _LEAST * tolerance, BETWEEN * tolerance)
-        more = further(divided, own, motion.time, _share(sensor, goal, values, off) / most)
+        more = more_times(divided, own, motion.time, _share(sensor, goal, values, off) / most)
         return _Answer(motion, found, goal, every, more)
 
     def _resting(self, divided: LoadHistory, progress: Progress) -> Motion | None:

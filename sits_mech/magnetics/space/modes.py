@@ -34,7 +34,7 @@ import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import CellPlan
-from sits_mech.magnetics.modes import Reduced, Solved, reduced, solved
+from sits_mech.magnetics.modes import AtFrequency, Reduced, reduced, solved
 from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
@@ -68,16 +68,16 @@ def prepare_sheets(
     middle plane (0) up to the top face [m]. Cells resolve the skin depth up to the angular frequency `highest` [rad/s];
     within `depth` of the rim current may pass between sheets [m]. It is for one frequency `omega` [rad/s], or for all.
     """
-    answering: Callable[..., Reduced | Solved] = partial(reduced, highest=highest)
+    answering: Callable[..., Reduced | AtFrequency] = partial(reduced, highest=highest)
     if omega:
         answering = partial(solved, omega=omega)
     bases: dict[_Key, Basis] = {}
-    found: list[tuple[dict[_Key, Reduced | Solved], int, int]] = []
+    found: list[tuple[dict[_Key, Reduced | AtFrequency], int, int]] = []
     for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
             once = found[first][:2]
         else:
-            unknowns, classes = 0, dict[_Key, Reduced | Solved]()
+            unknowns, classes = 0, dict[_Key, Reduced | AtFrequency]()
             for key, one, (L, R, _), B in matrices_of(plan, levels, (conductivity, depth), (box, None), bases):
                 if key in bases:
                     classes[key] = answering(L, R, B, weight=one.weight)
@@ -115,10 +115,10 @@ def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
 
-    def part(*place: int) -> Reduced | Solved:
+    def part(*place: int) -> Reduced | AtFrequency:
         """Return a class of a division."""
         own = {name: arrays["_".join(map(str, (name, *place)))] for name in _ARRAYS[bool(omega)]}
-        return Solved(omega, **own) if omega else Reduced(**own, highest=highest)
+        return AtFrequency(omega, **own) if omega else Reduced(**own, highest=highest)
 
     each = enumerate(arrays["sizes"].tolist())
     return tuple(Sheeted(box, bases, tuple(part(d, k) for k in range(count)), *own) for d, own in each)

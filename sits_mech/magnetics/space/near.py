@@ -23,7 +23,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import Reduced, Solved, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.modes import AtFrequency, Reduced, reduced, seen_currents, solved_currents
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -83,7 +83,7 @@ class _RestingClass:
     """A symmetry class of a plate at rest, at one frequency."""
 
     problem: Problem
-    answer: Reduced | Solved  # to all that it sees
+    answer: Reduced | AtFrequency  # to all that it sees
     ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
     columns: Integers  # which of all combinations and coils it sees
 

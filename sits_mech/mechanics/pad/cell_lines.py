@@ -26,7 +26,7 @@ ONE = 1e-4
 """Thicknesses: sides of targets that are closer have one line."""
 
 
-def ends_of(cells: Cells) -> Array:
+def scaled_ends(cells: Cells) -> Array:
     """Return the least and the largest x and y of each target, shape (n, 2, 2) [thicknesses]."""
     return cells.ends / cells.pad.thickness
 
@@ -40,7 +40,7 @@ def in_slots(slots: Sequence[Slot], pad: Elastomer, places: Array, slack: float 
     return found
 
 
-def within(ends: Array, places: Array) -> Mask:
+def inside_of(ends: Array, places: Array) -> Mask:
     """Return which places (n, 3) are under a target between ends (2, 2)."""
     low, high = ends
     return np.asarray(np.all((places[:, :2] > low - 2.0 * ONE) & (places[:, :2] < high + 2.0 * ONE), axis=1))
@@ -49,7 +49,7 @@ def within(ends: Array, places: Array) -> Mask:
 def cell_lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Array]:
     """Return the lines of the pad along x, y and z [thicknesses]."""
     pad, t = cells.pad, cells.pad.thickness
-    ends, half, way = ends_of(cells), 0.5 * np.array(pad.extent) / t, (split, GRADING, layers)
+    ends, half, way = scaled_ends(cells), 0.5 * np.array(pad.extent) / t, (split, GRADING, layers)
     x, y = (
         _lines_across(
             ends[:, :, k], float(half[k]), way, cells.cover_ends[:, k] / t,
@@ -77,7 +77,7 @@ class _Cut(NamedTuple):
 
 def _is_near(slot: Slot, cells: Cells) -> bool:
     """Return whether a slot goes through the pad so near a target that the corner at its foot is graded, too."""
-    aside = np.abs(ends_of(cells)[:, :, slot.axis, None] - slot.ends / cells.pad.thickness).min()
+    aside = np.abs(scaled_ends(cells)[:, :, slot.axis, None] - slot.ends / cells.pad.thickness).min()
     return slot.bottom(cells.pad) <= ONE and bool(aside < NEAR)
 
 
