@@ -300,8 +300,7 @@ def at_rest(
 ) -> Equilibrium:
     """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
-    A load that leaves the plane is solved as one of its images, as for `calibrate`: by half the pad if that lies in the
-    plane. The state of an image is not that of the load, and is left out. Its error holds `left_out`, what the layer
+    A load is solved as one of its images, as for `calibrate`: by half the pad if that lies in the plane. The state of an image is not that of the load, and is left out. Its error holds `left_out`, what the layer
     leaves out of the load. `via` are loads passed on the way, for a layer with friction. Raises SceneError where the
     layer has no friction, SolveFailed without equilibrium.
     """
@@ -326,7 +325,7 @@ def image_at_rest(
 
     `start` is an equilibrium under that image. Raises SolveFailed, with the load and not its image, without one.
     """
-    solved, back = symmetry.standard(wrench) if wrench.out_of_plane else (wrench, np.eye(len(WRENCH)))
+    solved, back = symmetry.standard(wrench)
     try:
         found = layer.equilibrium(solved, start=start)
         if _LOG.isEnabledFor(logging.INFO):
