@@ -139,14 +139,6 @@ class Description:
     share: float = 0.1
     even: bool = False
 
-    def holds(self, sensor: Sensor, question: Question) -> Refusal | None:
-        """Return why the model does not hold a scene for a question; None where it does."""
-        return self.refusal(sensor, question)
-
-    def leaves_out(self, sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-        """Return what the model leaves out of the question about a scene, with sizes."""
-        return self.omissions(sensor, question)
-
     def rung(self, tolerance: float) -> Rung:
         """Return the counts and seconds to a tolerance."""
         return next(rung for rung in self.rungs if rung.tolerance <= tolerance)

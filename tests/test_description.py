@@ -111,7 +111,7 @@ def test_every_model_has_rungs_and_a_place(model: Description) -> None:
 
 def holds(model: Description, sensor: Sensor) -> bool:
     """Whether a model holds a scene where nothing is asked."""
-    return model.holds(sensor, Question()) is None
+    return model.refusal(sensor, Question()) is None
 
 
 def test_what_is_held_is_made() -> None:

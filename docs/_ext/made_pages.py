@@ -264,7 +264,7 @@ def left_out(here: Path) -> None:
     spiral = load_sensor("biorob2018", [f'coils.{name}.winding="spiral"' for name in ("C1", "C2")])
     for known in (MECHANICS, MAGNETICS):
         for name, model in known.items():
-            every = model.leaves_out(spiral, Question(loads=load))
+            every = model.omissions(spiral, Question(loads=load))
             counted = [item for item in every if item.counts and item.size != 0.0]
             lines += [
                 f"| `{name}` | {item.kind}: {reason(item)} | {size_text(item)} | {RELATIVE[item.relative_to]} |"

@@ -67,7 +67,7 @@ class Why(StrEnum):
     ONLY = "only"  # no other holds the scene
     WITHIN = "within"  # the cheapest within the tolerance
     LEAST = "least"  # none is within: the least error
-    BENDS = "bends"  # the cheapest that bends the target, which takes half of the tolerance
+    BENDS = "bends"  # the cheapest that bends the target: without it half of the tolerance were taken
 
 
 class Candidate(NamedTuple):
@@ -125,10 +125,10 @@ def candidates(
     """Return all models with error and cost for a question: the cheapest first, those not holding the scene last."""
     found = []
     for model in known.values():
-        if (refusal := model.holds(sensor, question)) is not None:
+        if (refusal := model.refusal(sensor, question)) is not None:
             found.append(Candidate(model, refusal))
             continue
-        left_out = model.leaves_out(sensor, question)
+        left_out = model.omissions(sensor, question)
         left = total(left_out)
         share = model.share if loaded else 1.0
         spared = question.tolerance - left
@@ -192,9 +192,9 @@ def choose_mechanics(
 
 
 def _stays_rigid(sensor: Sensor, found: Choice) -> bool:
-    """Whether a target is rigid in any model: under a shape on its cover; on a film that one compliance answers.
+    """Whether a target must be taken as rigid: under a shape on its cover, and on a film that `linear` answers.
 
-    Meshes of a film that bend would have a thousand cells across.
+    A mesh of such a film that bends would have a thousand cells across.
     """
     film = sensor.target is not None and sensor.elastomer is not None and is_film(sensor.target, sensor.elastomer)
     return shape_on_cover(sensor) is not None or (film and not MECHANICS[found.name].bends)
@@ -297,7 +297,7 @@ def magnetic_model(
     """Return the magnetic model of a name of `MAGNETICS` or "auto" with the reason; as `mechanical_model`.
 
     If `poses` are known, the choice depends on whether they leave the plane or an axis, and conductors too far
-    away to matter there are left out; otherwise the target at rest decides. The errors of its answers hold what the
+    away to matter there are left out; otherwise the pose at rest is used. The errors of its answers hold what the
     model leaves out.
 
     Examples

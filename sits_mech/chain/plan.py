@@ -272,7 +272,7 @@ def magnetic_omissions(
         question = replace(question, pose=answer[0], answer=answer, closely=True)
     elif at_rest:
         question = _at_rest(sensor, question, field)
-    found = MAGNETICS[field.name].leaves_out(sensor, question)
+    found = MAGNETICS[field.name].omissions(sensor, question)
     return (*found, *(item for item in field.left_out if item.kind == OmissionKind.FAR))
 
 

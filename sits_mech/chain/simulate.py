@@ -2,6 +2,9 @@
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
+The mechanics are solved twice: on two rough meshes, which show how exact the pose must be for the signals, then as
+finely as that takes.
+
 The models keep linear algebra to one thread (`threads`); nothing here is large enough to gain from a second.
 """
 
@@ -32,7 +35,6 @@ from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmet
 from sits_mech.mechanics.touch import check_untouched, on_target
 from sits_mech.notes import NoteKind, Omission, OmissionKind
 from sits_mech.quantities import (
-    WRENCH,
     Array,
     Bounded,
     Equilibrium,
@@ -221,7 +223,7 @@ def mechanical_omissions(
     if name not in MECHANICS:
         return ()
     model, question = MECHANICS[name], Question(loads=on_target(sensor, loads), closely=True)
-    return (*model.leaves_out(sensor, question), *(() if bent else bending(sensor, loads, model.least)))
+    return (*model.omissions(sensor, question), *(() if bent else bending(sensor, loads, model.least)))
 
 
 def within_omissions(
@@ -300,9 +302,10 @@ def at_rest(
 ) -> Equilibrium:
     """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
-    A load is solved as one of its images, as for `calibrate`: by half the pad if that lies in the plane. The state of an image is not that of the load, and is left out. Its error holds `left_out`, what the layer
-    leaves out of the load. `via` are loads passed on the way, for a layer with friction. Raises SceneError where the
-    layer has no friction, SolveFailed without equilibrium.
+    A load is solved as one of its images, as for `calibrate`: by half the pad if that lies in the plane. The state of
+    another image is not that of the load, and is left out. Its error holds `left_out`, what the layer leaves out of the
+    load. `via` are loads passed on the way, for a layer with friction. Raises SceneError where the layer has no
+    friction, SolveFailed without equilibrium.
     """
     if via:
         found = _along_path(sensor, layer, [*via, wrench])

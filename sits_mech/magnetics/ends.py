@@ -125,7 +125,7 @@ class Whole:
         if not found.L.size:
             return found
         sensor = self.sensor.model_copy(update={"frequency": frequency})
-        every = self.description.leaves_out(sensor, Question(pose=pose, answer=(pose, found), closely=True))
+        every = self.description.omissions(sensor, Question(pose=pose, answer=(pose, found), closely=True))
         counted = tuple(item for item in every if item.counts and item.size != 0.0)
         report = added(found.report, counted)
         ends = ends_of_plates(sensor, pose, found) if self.description.per_metre else None

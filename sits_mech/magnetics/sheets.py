@@ -10,7 +10,7 @@ Thin and thick skin regimes are one model: horizontal sheets, graded to the face
 stream function, joined at the rim by loops that pass from sheet to sheet. One preparation answers all frequencies up to
 25 MHz, or those of a decade where plates of any outline answer each other. Five divisions (`space.rungs`) show the
 effects of finer cells along the plate and of more sheets separately: errors of second order, but for R where current
-crowds at the rim. Both are extrapolated; how far the divisions are from showing these orders is the estimated error.
+crowds at the rim. Both are extrapolated; the estimated error is how far the divisions depart from these orders.
 That, and the share of the coils' field energy that the polynomials miss, change smoothly with the pose: poses share
 these errors.
 
@@ -60,7 +60,7 @@ from sits_mech.units import SceneError, checked_tolerance
 from sits_mech.units import millimetres as mm
 
 _KIND = Kind("sheets", "H")
-_OF_EACH = 0.1  # of two coils' errors, by their geometric mean, in that of what they share: benchmarks/extremes.py
+_OF_EACH = 0.1  # of two coils' errors (geometric mean), added to that of their mutual terms: benchmarks/extremes.py
 _MISSED = (0.25, 0.25), (0.04, 0.02)  # of a bound, by polynomials, in R and L: 0.33 seen; of what plates radiate
 
 
@@ -87,10 +87,10 @@ class Sheets:
     """The three-dimensional model of one sensor; made by `sheets`.
 
     `tolerance` is the asked relative error of the changes of L and R; R may be off by twice that where current crowds
-    at the rim. `like` is a scene that differs a little in its coils, or in the size of a target alone, a rectangle or a
-    disc, by whose preparations this one is divided; `single` asks for the coarsest division alone, for differences from
-    such a scene, without errors. `steady` are gaps and anchors of plates, whose preparations serve poses, one after the
-    other and again from the first on, whatever their gaps are: of `prepared_at`.
+    at the rim. `like` is a nearly equal scene, other in its coils, or in the size of a rectangle or a disc alone; its
+    cells are taken, so that differences are free of meshing; `single` asks for the coarsest division alone, without
+    errors, for differences from such a scene. `steady` are gaps and anchors for which all poses are prepared, in turn,
+    whatever their own gaps are (`prepared_at`).
     `lift` bends the target of poses that are all alike, to first order: its points see the coils from where they are.
     """
 
@@ -149,7 +149,7 @@ class Sheets:
         return found, -math.inf if drawn else 0.0
 
     def prepared_at(self, pose: Pose) -> Sheets:
-        """Return the model for differences from p poses: small steps of these, or of lengths, have their preparations.
+        """Return the model to take differences with: small steps of poses, or of lengths, share these preparations.
 
         Without fixed plates, the model itself.
         """
@@ -169,8 +169,8 @@ class Sheets:
             free &= one.metal.relative_permeability == 1.0
         return replace(self, sensor=sensor, like=self.sensor if free else None, single=single and free)
 
-    def _kind(self, part: PlacedPlate) -> PlateRequest:
-        """Return a plate as it is to be divided."""
+    def _request(self, part: PlacedPlate) -> PlateRequest:
+        """Return what a plate asks of its divisions."""
         if self.like is not None and self.like.target is not None:
             become = part.plate if part.plate != self.like.target else None
             return PlateRequest(self.like.target, part.susceptibility, None, become)
@@ -194,7 +194,7 @@ class Sheets:
         asked = [part.plate for part in parts]
 
         def divided(rung: PlateRung) -> list[Divided]:
-            each = zip(map(self._kind, parts), clear, strict=True)
+            each = zip(map(self._request, parts), clear, strict=True)
             own, beyond, like = replace(rung, single=self.single), min(clear[1:], default=0.0), self.like or self.sensor
             return [divided_plate(like, kind, own, (near, beyond, room), frequency) for kind, near in each]
 
@@ -273,9 +273,9 @@ def not_representable(sensor: Sensor) -> Refusal | None:
 def _errors(
     value: Complex, left: Complex, plates: Sequence[Divided], forced: float, among: bool
 ) -> tuple[Complex, float]:
-    """Return all errors, with those of divisions that are `left`, and what polynomials miss of the change.
+    """Return the errors of R and of the reactance, with what divisions `left`, and the share that polynomials miss.
 
-    `forced` is what divisions miss besides that memory forces to be coarse; `among` others plates answer each other.
+    `forced` is the error added where memory forces coarse divisions; `among`: plates answer each other.
     """
     lost = max(plate.unseen for plate in plates) * np.array(_MISSED[among]) + forced
     R, X = _shared(left.real) + lost[0] * largest(value.real), _shared(left.imag) + lost[1] * largest(value.imag)

@@ -2,12 +2,13 @@
 
 The pad is bonded to the rigid ground over its whole lower face and carries an exactly rigid target, a rectangle or a
 disc, bonded centred on its upper face. A wrench (F_x, F_z, M) leaves the plane y = 0 a plane of symmetry: half the pad
-is meshed, the target moves by (d_h, d_z) and turns by alpha about y; what that symmetry hides is held against falling
-sideways, too. F_y, M_x or M_z take the whole pad, the same cells and their mirror image. Equations: element/kernel.py
-(pad), element/target.py (rigid target), equilibrium/ (solution). Pose: ``d_v = standoff + t - sink``.
+is meshed, the target moves by (d_h, d_z) and turns by alpha about y. Half a pad cannot fall sideways, so that its
+stability against that is checked by itself. F_y, M_x or M_z take the whole pad, the same cells and their mirror image.
+Equations: element/kernel.py (pad), element/target.py (rigid target), equilibrium/ (solution). Pose:
+``d_v = standoff + t - sink``.
 
 Meshes: one nested sequence, a base whose cells are divided, with further layers at the bonded edges (pad/shapes.py).
-Where it does not carry a load, it is tried once more with a guard on J (levels/settle.py).
+If the load is not reached on them, they are tried again with a guard that keeps J positive (levels/settle.py).
 
 Error. The pose is extrapolated from the levels, as many as the tolerance asks for and memory allows, with the error of
 their limit (levels/family.py). `report.estimated_error` is the largest over the target's displacement, an angle counted
@@ -65,13 +66,13 @@ from sits_mech.units import checked_tolerance
 FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))
 """Parts of a base cell and further layers at edges, by level."""
 _GUARDS = (0.0, 5.0)  # on J, in the order they are tried
-_RESTED = 4  # of them, for a load at finite strain: minutes and more a load on finer ones
+_RESTED = 4  # levels for a load at finite strain; finer ones take minutes a load
 _INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
-_SHARE = 0.25  # of the worst component's error that every component owns to: the tilt of a load near its P-Delta limit
+_SHARE = 0.25  # least error of a component over the worst one's: the tilt of a load near its P-Delta limit
 _OPENS = 50.0  # times (sink/t)**2: what edges that a press opens add beyond their power, and as its error (family.py)
 _WITHIN = 1.0  # times what two levels add sideways where the target's edge is within the face (family.py)
-_LEAST = 0.03  # of the displacement: an edge's term on two levels, whose parts may cancel (family.py)
-_ROUGH = 1.0  # error of an answer on two levels that is not spoken of
+_LEAST = 0.03  # least edge's term on two levels, over the displacement: its parts may cancel (family.py)
+_ROUGH = 1.0  # tolerance of the rough model: so large that it never notes a missed one
 
 
 @dataclass(frozen=True)

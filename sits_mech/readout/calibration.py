@@ -24,9 +24,7 @@ from sits_mech.arguments import real_numbers
 from sits_mech.maps.domain import Domain, domain_of, hull_of
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import WRENCH, Array, Wrench, shown_unit, tensor_grid
-from sits_mech.readout.inversion import AMBIGUOUS as AMBIGUOUS
 from sits_mech.readout.inversion import MARGIN, Inverse, InverseSearch
-from sits_mech.readout.inversion import NO_SOLUTION as NO_SOLUTION
 from sits_mech.readout.inversion import OK as OK
 from sits_mech.readout.inversion import OUTSIDE as OUTSIDE
 from sits_mech.readout.loads import answered, check_enough, several, varied
@@ -62,7 +60,7 @@ class Calibration:
     table_errors : TableErrors, optional
         The same over the loads, with what the loads share.
     in_codes : callable, optional
-        What makes the calibration of the same loads in codes of a converter.
+        Makes the calibration of the same loads in codes of a converter.
     """
 
     forces: tuple[str, ...]
@@ -112,11 +110,11 @@ class Calibration:
         Parameters
         ----------
         forces : array_like, shape (..., d), or Wrench, optional
-            A table in the order of `forces` [N, N m], or one load.
+            Loads in the order of `forces` [N, N m], or one of them.
         beyond : bool
             Answer loads beyond the table too, where a smooth map knows nothing.
         **named : array_like
-            In place of a table: each force by its name, of shapes that broadcast [N, N m].
+            In place of an array: each force by its name, of shapes that broadcast [N, N m].
 
         Raises
         ------
@@ -265,7 +263,7 @@ class Calibration:
 
     @cached_property
     def unresolved(self) -> tuple[str, ...]:
-        """Forces of which nothing is known by errors and condition, at most loads or where they pass through none."""
+        """Forces that the coils do not resolve: errors exceed their range at most loads, or near zero load."""
         if len(self.coils) < len(self.forces):
             return self.forces
         off = np.where(np.isfinite(self.map.error), self.map.error, 0.0)

@@ -16,7 +16,8 @@ from sits_mech.export.firmware import header, write_header
 from sits_mech.export.fixed_point import fixed_point
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source
-from sits_mech.readout.calibration import AMBIGUOUS, NO_SOLUTION, OK, OUTSIDE, Calibration, calibration_of
+from sits_mech.readout.calibration import OK, OUTSIDE, Calibration, calibration_of
+from sits_mech.readout.inversion import AMBIGUOUS, NO_SOLUTION
 from sits_mech.report.folder import read_calibration
 from sits_mech.scene.sensor import changed
 

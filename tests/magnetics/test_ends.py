@@ -147,7 +147,7 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch
     both = found.report.estimated_error - narrow.report.estimated_error
     assert both - item.size == pytest.approx(tracks.size, rel=0.25)  # of L alone
     assert found.shared_L is not None and found.shared_L[-1, 0, 0] > 0.0  # endless plates take more
-    again = PLANAR.leaves_out(sensor, Question(pose=pose, answer=(pose, found)))
+    again = PLANAR.omissions(sensor, Question(pose=pose, answer=(pose, found)))
     assert item in again and asked == [0.1]
 
 

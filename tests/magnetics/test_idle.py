@@ -36,7 +36,7 @@ def test_sections_take_their_own_coupling(sensor: Sensor, gap: float, true: floa
     found = planar_bars(sensor, 1e-2).impedance(Pose(0.0, gap), sensor.frequency)
     assert idle_share(found) == pytest.approx(true, rel=0.01)
     pose = Pose(0.0, gap)
-    every = MAGNETICS["planar"].leaves_out(sensor, Question(pose=pose, answer=(pose, found)))
+    every = MAGNETICS["planar"].omissions(sensor, Question(pose=pose, answer=(pose, found)))
     (item,) = (item for item in every if item.kind == OmissionKind.IDLE)
     assert item.size == idle_share(found) and item.relative_to == Relative.FREE and not item.counts
 

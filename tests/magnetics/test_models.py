@@ -44,7 +44,7 @@ def steel(shape: str, size: float = 60) -> Target:
 
 def kinds(name: str, sensor: Sensor, **question: object) -> list[OmissionKind]:
     """Kinds of what a model leaves out."""
-    return [item.kind for item in MAGNETICS[name].leaves_out(sensor, Question(**question))]  # type: ignore[arg-type]
+    return [item.kind for item in MAGNETICS[name].omissions(sensor, Question(**question))]  # type: ignore[arg-type]
 
 
 def test_a_coil_alone_is_answered_in_henry() -> None:
@@ -123,7 +123,7 @@ def test_ends_of_straight_tracks_have_a_size_beforehand() -> None:
     (coil_,) = sensor.coils
 
     def size(scene: Sensor, **question: object) -> float:
-        (item,) = (each for each in MAGNETICS["planar"].leaves_out(scene, Question(**question))  # type: ignore[arg-type]
+        (item,) = (each for each in MAGNETICS["planar"].omissions(scene, Question(**question))  # type: ignore[arg-type]
                    if each.kind == K.PLATE_ENDS)
         return item.size
 
@@ -160,9 +160,9 @@ def test_what_is_left_out_of_coils_alone() -> None:
     """Eddy currents are none; a section leaves out the coil's own ends, without a size; of henry nothing."""
     bare = load_sensor("biorob2018").model_copy(update={"target": None, "elastomer": None})
     for name in ("axisymmetric", "sheets"):
-        items = MAGNETICS[name].leaves_out(bare, Question())
+        items = MAGNETICS[name].omissions(bare, Question())
         assert K.NO_TARGET in [item.kind for item in items] and total(items) == 0.0
-    (ends,) = (item for item in MAGNETICS["planar"].leaves_out(bare, Question()) if item.kind == K.PLATE_ENDS)
+    (ends,) = (item for item in MAGNETICS["planar"].omissions(bare, Question()) if item.kind == K.PLATE_ENDS)
     assert ends.relative_to == Relative.FREE and ends.unbounded
 
 
@@ -173,7 +173,7 @@ def test_parts_that_no_section_cuts_have_no_size(section: str) -> None:
         'width="2 mm", length="2 mm", thickness="0.5 mm"}]'
     )
     sensor = load_sensor("biorob2018", [plate])
-    (item,) = (each for each in MAGNETICS[section].leaves_out(sensor, Question()) if each.kind == K.NOT_CUT)
+    (item,) = (each for each in MAGNETICS[section].omissions(sensor, Question()) if each.kind == K.NOT_CUT)
     assert item.unbounded and item.known == {"name": "aside"} and K.NOT_CUT not in kinds("sheets", sensor)
 
 
@@ -187,7 +187,7 @@ def test_idle_coils_are_no_error_and_have_a_size_by_an_answer() -> None:
     """None that is not known for shorted ones without an answer, nothing of open ones; of one coil no item."""
     shorted, open_ = load_sensor("biorob2018"), load_sensor("biorob2018", ['readout.idle_coil="open"'])
     (item,), (none,) = (
-        [each for each in MAGNETICS["sheets"].leaves_out(sensor, Question()) if each.kind == K.IDLE]
+        [each for each in MAGNETICS["sheets"].omissions(sensor, Question()) if each.kind == K.IDLE]
         for sensor in (shorted, open_)
     )
     assert math.isnan(item.size) and not item.counts and item.known == {"open": False}
@@ -200,7 +200,7 @@ def test_rings_leave_out_the_pitch_of_spirals_alone() -> None:
     turned = coil().model_copy(update={"winding": "spiral"})
     sensor = scene(turned, target=Target(material="copper", shape="disc", diameter=8 * MM, thickness=0.2 * MM))
     for name in ("axisymmetric", "axisymmetric-fem"):
-        (item,) = (each for each in MAGNETICS[name].leaves_out(sensor, Question()) if each.kind == K.PITCH)
+        (item,) = (each for each in MAGNETICS[name].omissions(sensor, Question()) if each.kind == K.PITCH)
         assert 1e-5 < item.size < 3e-2 and item.counts
         assert K.PITCH not in kinds(name, sensor.model_copy(update={"coils": (coil(),)}))
     assert K.PITCH not in kinds("sheets", sensor) and K.AIR not in kinds("axisymmetric-fem", sensor)
@@ -217,7 +217,7 @@ def test_a_model_on_the_axis_holds_what_keeps_to_it() -> None:
             (aside, Question(pose=Pose(1 * MM, 2 * MM)), True), (aside, Question(pose=REST), False),
             (middle, Question(pose=Pose(0.0, 2 * MM, 1e-3)), False),
         ):
-            assert (MAGNETICS[name].holds(sensor, question) is None) == held
+            assert (MAGNETICS[name].refusal(sensor, question) is None) == held
 
 
 @pytest.mark.parametrize(("keys", "name", "said"), [
@@ -228,7 +228,7 @@ def test_a_model_on_the_axis_holds_what_keeps_to_it() -> None:
       "thickness=2e-4}"], "planar-fem", "target.shape must be a rectangle or a disc for a section; got an outline"),
 ])
 def test_a_refusal_names_the_input(keys: list[str], name: str, said: str) -> None:
-    assert str(MAGNETICS[name].holds(load_sensor("biorob2018", keys), Question())) == said
+    assert str(MAGNETICS[name].refusal(load_sensor("biorob2018", keys), Question())) == said
 
 
 def test_models_that_hold_a_scene_are_made_and_no_others() -> None:
@@ -241,7 +241,7 @@ def test_models_that_hold_a_scene_are_made_and_no_others() -> None:
     for target, some in itertools.product(targets, coils):
         sensor = scene(*some, target=target)
         for model in MAGNETICS.values():
-            if model.holds(sensor, Question()) is None:
+            if model.refusal(sensor, Question()) is None:
                 model(sensor, 0.1)
             else:
                 with pytest.raises(ValueError, match="must"):

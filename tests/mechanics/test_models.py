@@ -33,7 +33,7 @@ PRESSED, SHEARED = Wrench(F_z=1.0), Wrench(F_x=0.1)
 
 def left_out(sensor: Sensor, loads: list[Wrench], name: str, *, closely: bool = False) -> tuple[Omission, ...]:
     """What a model leaves out of loads."""
-    return MECHANICS[name].leaves_out(sensor, Question(loads=tuple(loads), closely=closely))
+    return MECHANICS[name].omissions(sensor, Question(loads=tuple(loads), closely=closely))
 
 
 def kinds(items: tuple[Omission, ...]) -> set[OmissionKind]:
@@ -44,7 +44,7 @@ def kinds(items: tuple[Omission, ...]) -> set[OmissionKind]:
 def held(sensor: Sensor, *loads: Wrench) -> set[str]:
     """Names of the models that hold a scene under loads."""
     question = Question(loads=loads)
-    return {name for name, model in MECHANICS.items() if model.holds(sensor, question) is None}
+    return {name for name, model in MECHANICS.items() if model.refusal(sensor, question) is None}
 
 
 @pytest.mark.parametrize(("keys", "loads", "names"), [
@@ -71,12 +71,12 @@ def test_what_each_model_holds(keys: tuple[str, ...], loads: tuple[Wrench, ...],
      "elastomer must be in one piece without a mesh of its own for planar; got pillars"),
 ])
 def test_a_refusal_names_the_input(keys: tuple[str, ...], name: str, said: str) -> None:
-    assert str(MECHANICS[name].holds(load_sensor("biorob2018", keys), Question())) == said
+    assert str(MECHANICS[name].refusal(load_sensor("biorob2018", keys), Question())) == said
 
 
 def test_what_leaves_the_plane_is_refused_by_its_name() -> None:
     question = Question(loads=(Wrench(F_y=0.1, M_z=1e-3),))
-    found = MECHANICS["planar"].holds(load_sensor("biorob2018"), question)
+    found = MECHANICS["planar"].refusal(load_sensor("biorob2018"), question)
     assert str(found) == "F_y, M_z must be zero for planar, which is plane; got other values"
 
 

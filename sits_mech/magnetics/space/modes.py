@@ -16,8 +16,8 @@ combinations the plate can see are kept (`Sheeted.bases`), and a pose pays for t
 
     Delta Z_cd = a_c^T Y a_d,    Y = omega^2 B (R + j omega L)^-1 B^T,    a_c = basis^T (coefficients).
 
-A gradient drives no current; in cells with uniform current it drives one of the order of the cells' error, another on
-each division. Combinations of fields are kept without their gradients, so that divisions are levels of one family.
+A gradient drives no current. In cells of uniform current it drives a little, of the order of their error and different
+on each division, so that gradients are removed from the combinations of fields.
 
 Both skin regimes are one: sheets and cells are graded to faces and rim below the skin depth, and grow to the plate's
 size away from them. Neglected: displacement current; cells carry uniform current (error of second order).
@@ -175,9 +175,9 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
 
 
 def _strongest(seen: Array, keep: float) -> Array:
-    """Return a few orthonormal combinations of fields in which currents see nearly all, from `seen` (fields, currents).
+    """Return few orthonormal combinations of fields that hold nearly all of what is `seen` (fields, currents).
 
-    Of many they are sought in what random currents show.
+    Where there are many, they are found from random currents.
     """
     size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > keep * 1e-2 * size.max())

@@ -5,8 +5,6 @@ stiffness S that the target has says whether it stands stable: where its symmetr
 push does negative work. Hopeless iterations end early: a first step beyond the range of linear theory, or a residual
 that does not fall.
 
-Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5.
-
 A state at rest counts where the volume ratio J is positive at every quadrature point and every node of an element,
 corners included, and where the target is stable: beyond its critical load a layer buckles, though Newton's method finds
 it upright. With S the stiffness that the target has, no small push on what is not held of it may do negative work,
@@ -16,7 +14,8 @@ it upright. With S the stiffness that the target has, no small push on what is n
 and half a pad must withstand what its symmetry hides, too: falling sideways, out of the plane, and turning about z. A
 crease that forms at a corner, which hardly moves the target, does not count.
 
-Source: J. M. T. Thompson, G. W. Hunt, A General Theory of Elastic Stability (1973), chapter 2.
+Source: P. Wriggers, Nonlinear Finite Element Methods (2008), chapter 5; J. M. T. Thompson, G. W. Hunt, A General Theory
+of Elastic Stability (1973), chapter 2.
 """
 
 from __future__ import annotations
@@ -57,12 +56,12 @@ EASY = 5
 STANDS = "%d unknowns: at rest under %.0f %% of the load after %d iterations"
 
 _LOG = logging.getLogger(__name__)
-_NEAR = 3e-3  # residual from which one more step leaves the target's stiffness as it is
+_NEAR = 3e-3  # residual below which the target's stiffness by the last factor is taken as that at rest
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
 _PATIENCE = 8  # iterations after which the residual must lie below its first value
 _PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
 _GIVEN = 1.0 / 3.0  # of the limit of time, what a path is given before its pace is looked at
-_LEAST_CLEAR = 0.1  # of the target's way, by which a place that is no better tells nothing
+_LEAST_CLEAR = 0.1  # last step over the displacement beyond which a target that is nearly at rest is lost
 
 
 class Steps(NamedTuple):
@@ -197,7 +196,7 @@ def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> f
 
 
 def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: bool) -> bool:
-    """Whether iterations with some residuals end: at rest, or without hope; or after a last step, taken whole, of q."""
+    """Whether iterations end: settled or hopeless; if nearly at rest is enough, after a whole step of `enough`."""
     if steps.enough is None:
         return left[-1] <= SETTLED or _hopeless(left, slips)
     small = last[1] == 1.0 and last[0] <= steps.enough
@@ -224,7 +223,7 @@ def judged(body: Bonded, path: Path, found: Outcome) -> Outcome:
 
 
 def smallest_stiffness(path: Path, stiffness: Array, hidden: float) -> tuple[float, PathEnd]:
-    """Return the smallest eigenvalue of the stiffness, of hidden motions, too, and the reason it stands for."""
+    """Return the smallest eigenvalue of the stiffness, of hidden motions, too, and which instability it shows."""
     held = path.held
     if held.any() and path.out_of_plane is not None:
         held = np.concatenate([held[:3], path.out_of_plane])[: len(held)]

@@ -15,7 +15,6 @@ from sits_mech.quantities import Array, Mask
 Held = Mask
 
 
-
 class PathEnd(StrEnum):
     """Why a load path ended."""
 

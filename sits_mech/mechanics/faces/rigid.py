@@ -11,7 +11,7 @@ a point lies below the surface, along its normal, by
     d = e - |max(w, 0)|   outside of the core,      e - max_i w_i   in it.
 
 A pressure is a dead load on an area A of the face at rest: each of its points keeps dF = F dA/A while the face moves.
-The area ends within faces, whose close points say so.
+Its edge crosses faces of the mesh, which close points resolve.
 
 A shape is guided, free of friction, above a place (x, y), under a force F; its height s, of the lowest point above the
 face at rest, is one more unknown, with one more equation
@@ -38,8 +38,8 @@ from sits_mech.scene.touch import Touch
 from sits_mech.units import SLACK
 
 _NOWHERE = PlateOutline(0.0, 0.0, False)
-_TRIED = (0.1, 0.3, 0.6, 0.9)  # of the room, where a shape is expected to press more
-_SOFT, _STEP = 0.01, 10.0  # of the room, the first depth by which a shape is let in; of one over the next
+_TRIED = (0.1, 0.3, 0.6, 0.9)  # of the room: depths that are tried until the shape presses harder than the load
+_SOFT, _STEP = 0.01, 10.0  # first contact depth, over the room; each over the next
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Press:
 
     touch: Touch  # at rest in the middle
     surface: Surface  # the cover's top
-    points: Surface  # the same, closer points, of a pressure
+    points: Surface  # the same face with more points, for a pressure
     depth: float  # of contact [thicknesses]
     top: float  # height of that face [thicknesses]
     room: float  # how deep a shape may go: to the target, or as deep as it is round [thicknesses]
@@ -109,7 +109,7 @@ class Press:
         return self.touch.shape != "pressure" and bool(load[1] > 0.0)
 
     def __call__(self, u: Array, load: Array, height: float) -> Term:
-        """Return the energy, less the work of a load, (k,), with forces on displacements, q and the shape's height."""
+        """Return the energy of contact less the load's work, with the forces on displacements, q and the height."""
         if not self.meets(load):
             return self._pressure(u, load)
         place, numbers = self._place(load), len(u) + 6
@@ -118,7 +118,7 @@ class Press:
         return found._replace(energy=found.energy + float(load[1]) * height)
 
     def height(self, u: Array, load: Array) -> float:
-        """Return where a shape stands that presses by a load on a face displaced by u, which stays; nan without."""
+        """Return the height at which the shape carries a load on a face held at u; nan without a shape."""
         if not self.meets(load):
             return math.nan
         from scipy.optimize import brentq

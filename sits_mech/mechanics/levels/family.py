@@ -247,7 +247,7 @@ class Line:
 
     @property
     def last(self) -> range:
-        """Integers of the families used where faces touch."""
+        """Numbers of the families used where faces touch."""
         return range(len(self.makers) - PAIR, len(self.makers))
 
 

@@ -2,8 +2,8 @@
 
 The first level follows the path, the second comes to rest under the same load, or follows it as far. A limit that the
 first one found gets its error from the second. Where the second level cannot follow a load that the first one carries,
-it may come to rest from there, cells at rims eliminated (equilibrium/elimination.py). Where the first level alone
-buckles, or turns, the second goes on, and the third comes to rest in its place: pulls stretch coarse cells so far.
+it may come to rest from there, cells at rims eliminated (equilibrium/elimination.py). Where only the first level
+buckles, or turns, levels two and three take the place of the pair: pulls stretch coarse cells so far.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ VERDICT = 60
 
 _LOOK = 2e-2  # smallest length of the path on the coarse mesh, over that so far
 _LAST = 25  # iterations where it has found none, for a last state
-_SETTLES = 1e-3  # of the target's way, a step of the finer mesh from which plain ones go on
+_SETTLES = 1e-3  # step over the target's displacement from which plain Newton steps go on, on the finer mesh
 _UPRIGHT = 0.5  # of the stiffness without load; levels differ by 0.03 of it at most (test_answer.py)
 
 
@@ -188,7 +188,7 @@ def last_rest(line: Line, number: int, state: State) -> Equilibrium:
 
 
 def _stands(levels: Levels, first: Outcome, control: Control) -> bool:
-    """Whether the first level is so far from falling out of its symmetry that the second need not be asked."""
+    """Whether the first level is so stable against falling sideways that the second need not be checked."""
     if not (first.reached == 1.0 and np.isfinite(first.hidden)):
         return False
     return first.hidden >= _UPRIGHT * smallest_eigenvalue(_hidden_at_rest(levels), control.held[3:])

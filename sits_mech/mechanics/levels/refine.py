@@ -5,14 +5,15 @@
 So a pose is refined (answer.py), a history of poses (in_time.py) and a compliance (linear.py).
 
 The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
-before, cells at rims eliminated (equilibrium/elimination.py), end when the target stays; where cells at rims cannot
-follow the level is left out. (The potential, descended from rest there, was not at rest after 16 steps in any of the
-cases seen, 19 s on 28,566 unknowns.) With contact or a guard steps go down the potential, from rest where a cell of
-that state would be turned inside out. Corners need not come to rest for that, and a step that no other can follow, as
-one would turn a corner inside out, is the last: what it may be off by is in the error.
+before, cells at rims eliminated (equilibrium/elimination.py), end when the target no longer moves. If cells at rims
+cannot follow, the level is left out. (The potential, descended from rest there, was not at rest after 16 steps in any
+of the cases seen, 19 s on 28,566 unknowns.) With contact or a guard steps go down the potential, from rest where a cell
+of that state would be turned inside out. Corners need not come to rest: the iteration also ends where the next step
+would turn one inside out, and how far the last step moved the target is in the error.
 
-A level is solved where its terms promise the error asked or 0.7 of the present one (what came then was 0.5 to 0.6):
-divided everywhere but at the edge, it is not where the edge's term is the error; nor in space where rims crease.
+A level is solved if its terms promise the error asked or 0.7 of the present one (what came then was 0.5 to 0.6). So one
+that divides all cells but those at the edge is left out where the edge's term is the error; in space also one whose
+rims would crease.
 
 Source: J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse solutions.
 """
@@ -44,7 +45,7 @@ _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer i
 def refine(
     levels: Levels, measure: Iterator[_Measured], wanted: Callable[[list[_Measured]], bool], most: int
 ) -> tuple[list[_Measured], Note | None]:
-    """Return what is measured on the levels until it is as `wanted`, on two at least and `most` at most.
+    """Measure level after level until `wanted` is satisfied, on at least two and at most `most`; return all values.
 
     It ends where `measure` does, or memory, with a note. Raise ValueError where that does not hold the first two.
     """
@@ -100,8 +101,8 @@ def nearly_at_rest(
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
-    `states` are those of the first two levels; `given`: components are held that no symmetry holds, so that forces
-    depend on every corner and must come to rest. Else the target comes nearly to rest from the level before; where that
+    `states` are those of the first two levels; `given`: the target is moved, not loaded, so that its forces depend on
+    every corner, and all must come to rest. Else the target comes nearly to rest from the level before; where that
     fails, from rest, unless cells at rims are eliminated.
     """
     (before, state), (held, goal) = states, aim

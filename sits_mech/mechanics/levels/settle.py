@@ -45,7 +45,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Ended, Equilibrium, Pose, SolveFailed
 from sits_mech.silicone.stability import end_words
 
-_SMALLEST = (0.6, 1e-2)  # increment of the load path on each: of the free one none is cut, as the other waits
+_SMALLEST = (0.6, 1e-2)  # smallest increment on a family with another one to try, which cuts none, and on the last
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
 
 
@@ -68,7 +68,7 @@ def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) 
 
 
 def _tries(line: Line, start: Equilibrium | None, control: Control) -> list[tuple[Equilibrium | None, range]]:
-    """Return the starts, and the families tried from each: the neighbour's in contact, those without, these from rest.
+    """Return starts and the families to try from each: from the neighbour in contact, from it without, from rest.
 
     Families before the neighbour's own are left out where the load goes on from its own, or out of the plane.
     """
@@ -101,18 +101,18 @@ def _with_friction(line: Line, controls: Sequence[Control]) -> Solved:
 
 
 def _by_families(line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control) -> Solved:
-    """Return the last equilibrium on the first family that gets to a load; where faces touch that with contact.
+    """Return the last equilibrium on the first family that reaches a load; where faces touch, with contact.
 
-    It is at once, where the first level touches and no second one gets there in one increment, but where faces lie on
-    each other: what contact changes is an error then (`_with_depth`).
+    Contact is taken at once where the first level touches and no second one gets there in one increment, unless faces
+    lie on each other: there what contact changes is the error (`_with_depth`).
     """
     look = first_look(line, numbers[0], start, control)
-    waits = line.auto and look.reached == 1.0 and not eliminates(line, numbers[0], look)
-    pair = _on(line, numbers, start, control, _SMALLEST[not waits])
-    if waits and pair.part < 1.0:
-        held = _on(line, line.last, start, control)
-        if held.part == 1.0 and not _faces(line, held).held:
-            return refined_answer(line, held, control)
+    may_touch = line.auto and look.reached == 1.0 and not eliminates(line, numbers[0], look)
+    pair = _on(line, numbers, start, control, _SMALLEST[not may_touch])
+    if may_touch and pair.part < 1.0:
+        touching = _on(line, line.last, start, control)
+        if touching.part == 1.0 and not _faces(line, touching).held:
+            return refined_answer(line, touching, control)
         pair = _on(line, numbers, start, control)
     touches = line.auto and not line.in_contact(pair.number) and _faces(line, pair).touch
     return _in_contact(line, pair, start, control) if touches else refined_answer(line, pair, control)
@@ -214,7 +214,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
 
 
 def _without_contact(line: Line, free: Solved) -> Solved:
-    """Set the error to the whole displacement where contact is needed but missing."""
+    """Return the answer without contact, its error the whole displacement: contact is needed and was not solved."""
     found = free.found
     away = found.pose.components - line.scales.pose(np.zeros(line[0].fine.components)).components
     whole = whole_error(line[int(found.state[0])].fine, line.scales, away)
@@ -222,14 +222,14 @@ def _without_contact(line: Line, free: Solved) -> Solved:
 
 
 def finished(
-    line: Line, control: Control, solved: Solved, body: str, tolerance: float | None = None
+    line: Line, control: Control, solved: Solved, word: str, tolerance: float | None
 ) -> Equilibrium:
     """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
 
     With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.
     """
     if solved.part < 1.0:
-        raise path_failure(control, solved, body)
+        raise path_failure(control, solved, word)
     found = solved.found
     if line.bends is not None and not control.held.any():
         found = line.bends(line[int(found.state[0])], line.scales, found)

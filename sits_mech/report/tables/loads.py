@@ -23,7 +23,7 @@ from sits_mech.readout.crosstalk import (
     slope_doubt,
 )
 from sits_mech.readout.loads import answered, fixed, load_words, middle, over_loads, points, varied
-from sits_mech.readout.signals import SIGNALS, shown_signals
+from sits_mech.readout.signals import shown_signals
 from sits_mech.report.left_out import kept_lines
 from sits_mech.report.notes import joined_words, sentence, with_words
 from sits_mech.report.tables.solves import column_table, figure_text, point_name, shown_scale, sizes_of, with_error
@@ -123,8 +123,7 @@ def _sensitivities(data: xr.Dataset) -> list[Figure]:
     for signal, name in product(signals_of(data).values(), _several(data)):
         rate = float(slope(data[signal], name).isel(at))
         unsure = float(slope_doubt(data, signal, name).isel(at))
-        shown = f"d({short_name(signal)})" if signal in SIGNALS else f"d{short_name(signal)}"
-        found.append((f"{shown}/d{name} mid-grid", rate, unsure, f"% of L0 / {per(name)}"))
+        found.append((f"d({short_name(signal)})/d{name} mid-grid", rate, unsure, f"% of L0 / {per(name)}"))
     return found
 
 

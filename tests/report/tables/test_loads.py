@@ -64,8 +64,8 @@ def test_the_load_table_has_an_error_on_every_number() -> None:
 def test_figures_of_merit_by_hand() -> None:
     """Slopes, full scales, and the error that each may have when the signals are off by theirs."""
     found = {name: (value, error) for name, value, error, _ in figures(made())}
-    assert found["dL_v/dF_z mid-grid"] == pytest.approx((-2.0, 0.01))
-    assert found["dL_h/dF_x mid-grid"] == pytest.approx((3.0, 0.01))
+    assert found["d(L_v)/dF_z mid-grid"] == pytest.approx((-2.0, 0.01))
+    assert found["d(L_h)/dF_x mid-grid"] == pytest.approx((3.0, 0.01))
     assert found["full scale of L_h"] == pytest.approx((6.0, 0.02)) and found["full scale of L_v"][0] == 4.0
     assert found["crosstalk of F_z into L_h"] == pytest.approx((0.0, 2.0 * 0.01 * 100.0 / (6.0 - 2.0 * 0.01)))
     # at the end of the grid a slope is (-3 y_0 + 4 y_1 - y_2) / 2: an error of 0.01 each makes 0.04
@@ -130,10 +130,10 @@ def test_a_table_of_three_forces(three_forces: Path) -> None:
     assert float(rows[-1]["d_y"]) == pytest.approx(4e-5) and list(rows[0])[:4] == ["F_x", "F_z", "F_y", "M"]
     found = {name: value for name, value, *_ in figures(data)}
     names = ("F_x", "F_z", "F_y")
-    slopes = {f"d{signal}/d{name} mid-grid" for signal in ("L_v", "L_h") for name in names}
+    slopes = {f"d({signal})/d{name} mid-grid" for signal in ("L_v", "L_h") for name in names}
     assert set(found) >= slopes | {"full scale of L_h", "crosstalk of F_y into L_v", "rotation read as shear force"}
     lower, upper = (data["L_v_percent"].isel(F_x=2, F_y=1, F_z=k) for k in (1, 3))
-    assert found["dL_v/dF_z mid-grid"] == pytest.approx(float(upper - lower) / 2.0)
+    assert found["d(L_v)/dF_z mid-grid"] == pytest.approx(float(upper - lower) / 2.0)
     scale, stray = found["full scale of L_v"], found["crosstalk of F_y into L_v"]
     assert stray == pytest.approx(100.0 * 0.4**2 / scale)
 
