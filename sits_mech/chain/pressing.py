@@ -19,15 +19,15 @@ from sits_mech.chain.simulate import mechanical_omissions, within_omissions
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import Depth, TouchLoad, at_depth, depth_of
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover
 from sits_mech.scene.touch import Touch
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
 
 _LEFT = 0.2  # of the depth's own error, what may be left of it
 _NEAR = 1e-2  # of the depth, the same on first meshes: others follow, which differ by as much
-_TRIES = 12  # secants of one model, with those of forces that are not carried
-_BACK = 4.0  # over a force that is not carried, the next one, where none is known that is
+_TRIES = 12  # secants of one model, with those of forces that are not carried: 2 to 6 were seen
+_BACK, _CLOSE = 4.0, 1.3  # over a force that fails the next one, and how far from one that does not it is tried
 _POWERS = 0.5, 3.0  # between which p is taken
 
 
@@ -136,13 +136,19 @@ def _pressed(
     `aim`: the first force [N], the depth, and the height of the target without load [m]; `start`: a rest by a rougher
     model.
     """
-    (force, D, rest), most, own, why = aim, math.inf, None, "no force does"
+    (force, D, rest), most, own = aim, math.inf, None
     for _ in range(_TRIES):
         try:
             found = layer.equilibrium(Wrench(F_z=force), start=None if start is None else start.found)
         except SolveFailed as failure:
-            most, why = min(most, force), str(failure)
-            force = force / _BACK if start is None else math.sqrt(min(start.force, 0.5 * force) * force)
+            last, most = _last(sensor, failure, rest), min(most, force)
+            if last is not None and last.depth >= D:
+                force = slopes.force(last, D)
+            elif last is None and (start is None or force > _CLOSE * start.force):
+                force = force / _BACK if start is None else math.sqrt(start.force * force)
+            else:
+                far = "" if start is None else f", {start.force:.4g} N press {mm(start.depth, 4)} deep"
+                raise SceneError(f"touch.depth: must be less{far}; got {mm(D)}: {failure}") from failure
             continue
         d, off, _ = depth_of(sensor, found, rest)
         before, own = own, _Try(force, d, off, found)
@@ -151,8 +157,16 @@ def _pressed(
             return own, slopes
         force = slopes.force(own, D)
         force = force if force < most else math.sqrt(own.force * most)
-    deep = "" if own is None else f"; {own.force:.4g} N press {mm(own.depth, 4)} deep"
-    raise SceneError(f"touch.depth: must be one that a force leads to; got {mm(D)}{deep}: {why}")
+    raise SceneError(f"touch.depth: must be one that a force leads to; got {mm(D)}: {force:.4g} N after {_TRIES} tries")
+
+
+def _last(sensor: Sensor, failure: SolveFailed, rest: float) -> _Try | None:
+    """Return the last rest on the way to a force that is not carried, if there is one."""
+    last = failure.last
+    if last is None or last.wrench.F_z <= 0.0 or (shape_on_cover(sensor) is not None and last.sunk is None):
+        return None
+    d, off, _ = depth_of(sensor, last, rest)
+    return _Try(last.wrench.F_z, d, off, last)
 
 
 def _slopes(first: _Try, second: _Try) -> _Slopes:
