@@ -19,7 +19,8 @@ from sits_mech.chain.simulate import mechanical_omissions, within_omissions
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import Depth, TouchLoad, at_depth, depth_of
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
-from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover
+from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover, stack_of
+from sits_mech.scene.thermal import at_temperature
 from sits_mech.scene.touch import Touch
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
@@ -83,6 +84,10 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
         raise SceneError(f"{sensor.name}: touch: must be given with a force or a depth; got none")
     if touch.depth is None:
         return TouchLoad(Wrench(F_z=touch.force or 0.0))
+    swollen = [each.free_stretch for each in stack_of(at_temperature(sensor)) if each.free_stretch != 1.0]
+    if swollen:  # its height without load is no number of the scene
+        raise SceneError(f"touch.depth: must be a force on silicone that is warm or swollen; got a free stretch of "
+                         f"{swollen[0]:.6g}")
     D, force, rest = touch.depth, _first_force(sensor, touch, touch.depth), float(unloaded_pose(sensor).d_v)
     (whole, _), tried, slopes = _models(sensor, mechanics, tolerance, force), None, _Slopes()
     if isinstance(whole, RefinedModel):

@@ -65,6 +65,7 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 
 from sits_mech.mechanics.loads import RefinedModel
+from sits_mech.notes import NoteKind
 from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.parts import Target
@@ -287,7 +288,12 @@ def at_depth(sensor: Sensor, found: Equilibrium, aim: Depth) -> Equilibrium:
     e = np.abs(np.eye(6) - np.outer(aim.moves, g)) @ found.error.components + np.abs(aim.moves) * left
     half = 0.5 * max(_target(sensor).extent)
     lever, way = np.array([1.0, 1.0, half, 1.0, half, half]), found.pose.components - Pose(0.0, aim.rest).components
-    report = replace(found.report, estimated_error=float(np.max(e * lever) / np.max(np.abs(way) * lever)))
+    share, missed = float(np.max(e * lever) / np.max(np.abs(way) * lever)), NoteKind.TOLERANCE_MISSED
+    report = replace(found.report, estimated_error=share, notes=tuple(
+        note for note in found.report.notes if note.kind is not missed
+    ))
+    for note in (each for each in found.report.notes if each.kind is missed):
+        report = report.judged(note.known["tolerance"])
     return replace(found, error=Pose.of(e), report=report, error_F_z=aim.force * aim.off)
 
 

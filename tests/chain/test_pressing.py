@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.simulate import simulate
@@ -51,9 +52,14 @@ def test_what_coils_show_at_a_depth_holds_what_the_force_may_be_off_by():
     )
 
 
-def test_a_touch_without_force_and_depth_has_no_load():
+def test_a_touch_that_has_no_force_to_find_is_refused_and_a_given_one_taken():
     plain = 'touch={shape="sphere", radius="5 mm"}'
     with pytest.raises(SceneError, match="touch: must be given with a force or a depth; got none"):
         touch_load(load_sensor("biorob2018-w15", [plain]))
+    deep = plain.replace("}", ', depth="0.1 mm"}')
+    with pytest.raises(SceneError, match="touch.depth: must be a force on silicone that is warm .* stretch of 1.0"):
+        touch_load(load_sensor("biorob2018-w15", [deep, 'temperature="40 degC"']))
+    with pytest.raises(SceneError, match="touch.depth: must be left out for a table over forces; got 0.1 mm"):
+        calibrate(load_sensor("biorob2018-w15", [deep]), F_z=[1.0, 2.0])
     forced = load_sensor("biorob2018-w15", [plain.replace("}", ', force="2 N"}')])
     assert touch_load(forced) == (Wrench(F_z=2.0), None, None)
