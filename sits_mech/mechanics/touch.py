@@ -293,7 +293,7 @@ def at_depth(sensor: Sensor, found: Equilibrium, aim: Depth) -> Equilibrium:
         note for note in found.report.notes if note.kind is not missed
     ))
     for note in (each for each in found.report.notes if each.kind is missed):
-        report = report.judged(note.known["tolerance"])
+        report = report.judged(float(note.known["tolerance"]))
     return replace(found, error=Pose.of(e), report=report, error_F_z=aim.force * aim.off)
 
 
