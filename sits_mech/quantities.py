@@ -314,6 +314,8 @@ class Equilibrium:
     sunk : tuple of float or None
         How deep the lowest point of a shape that presses on a cover is below its top at rest, and the error [m]; None
         without one.
+    error_F_z : float or None
+        What the force of a touch may be off by that leads to its depth, part of the pose's error; None of others [N].
     """
 
     wrench: Wrench
@@ -326,6 +328,7 @@ class Equilibrium:
     slopes: Array = field(default_factory=lambda: np.zeros((0, len(POSE))), repr=False)
     acting: Wrench | None = None
     sunk: tuple[float, float] | None = None
+    error_F_z: float | None = None
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,10 @@ from pydantic import BaseModel, create_model
 
 from sits_mech.batch.tables import SWEPT, table_row
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
+from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.simulate import at_rest, mechanical_omissions, rest_flags, simulate, within_omissions
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
+from sits_mech.mechanics.touch import TouchLoad
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,
@@ -129,13 +131,14 @@ def _mechanical(variant: Variant, choice: Choice) -> MechanicalModel:
 def _pose(variant: Variant, asked: Row) -> Row:
     """Return the pose of the target at rest as a row."""
     sensor, model, tolerance = variant.sensor, asked.get("model", "auto"), asked.get("tolerance", 1e-2)
-    wrench = _wrench(asked)
+    given = _load(sensor, asked, model, tolerance)
+    wrench = given.wrench
     chosen = choose_mechanics(sensor, model, [wrench], tolerance)
     numerics = tolerance if chosen.by_name else chosen.tolerance
     left_out = mechanical_omissions(sensor, chosen.name, [wrench], bent=chosen.bent)
     layer = _mechanical(variant, Choice(chosen.name, tolerance=numerics, bent=chosen.bent))
     layer = within_omissions(layer, chosen, tolerance, left_out)
-    found = at_rest(sensor, layer, wrench, left_out)
+    found = at_rest(sensor, layer, wrench, left_out, known=given.found)
     return _rest(found) | marked(rest_flags(sensor, found, tolerance))
 
 
@@ -152,7 +155,8 @@ def _inductance(variant: Variant, asked: Row) -> Row:
 def _simulate(variant: Variant, asked: Row) -> Row:
     """Return pose and signals under a load as a row."""
     models = {name: item for name, item in asked.items() if name not in _LOAD}
-    found = simulate(variant.sensor, _wrench(asked), **models)
+    given = _load(variant.sensor, asked, models.get("mechanics", "auto"), 0.5 * models.get("tolerance", 1e-2))
+    found = simulate(variant.sensor, given, **models)
     return _rest(found.equilibrium) | _shown(found.impedance) | found.signals.known | marked(found.flags)
 
 
@@ -228,15 +232,20 @@ def with_quality(sensor: Sensor, data: xr.Dataset) -> Row:
     return row | {"largest_stretch": limits.stretch, "least_clearance": limits.clearance}
 
 
-def _wrench(asked: Row) -> Wrench:
-    """Return the load that a case asks for."""
-    return Wrench(**{name: asked.get(argument, 0.0) for argument, name in LOAD_ARGUMENTS.items()})
+def _load(sensor: Sensor, asked: Row, mechanics: str, tolerance: float) -> TouchLoad:
+    """Return the load that a case asks for; where it names none that of the scene's touch."""
+    touch = None if _LOAD.keys() & asked.keys() else sensor.touch
+    if touch is not None and not touch.force is touch.depth is None:
+        return touch_load(sensor, tolerance=tolerance, mechanics=mechanics)
+    return TouchLoad(Wrench(**{name: asked.get(argument, 0.0) for argument, name in LOAD_ARGUMENTS.items()}))
 
 
 def _rest(found: Equilibrium) -> Row:
     """Return a target at rest as a row."""
     row = {name: getattr(found.pose, name) for name in POSE}
     row |= {f"error_{name}": getattr(found.error, name) for name in POSE}
+    if found.error_F_z is not None:
+        row |= {"F_z": found.wrench.F_z, "error_F_z": found.error_F_z}
     report = found.report
     row |= {"min_J": np.nan if report.min_J is None else report.min_J, "error_mechanics": report.estimated_error}
     words = {"notes_mechanics": packed(report.notes), "left_out_mechanics": packed_omissions(report.left_out)}

@@ -18,7 +18,7 @@ from sits_mech.chain.models import (
     chosen,
     magnetic_question,
 )
-from sits_mech.chain.prices import LoadForecast, Look, forecast_load, look
+from sits_mech.chain.prices import LoadForecast, Look, forecast_load, forecast_touch, look
 from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.simulate import check_way, mechanical_omissions
 from sits_mech.description import Description, Question, sized
@@ -144,9 +144,12 @@ def counted_cost(
     sensor: Sensor, choice: Choice | None, loads: Sequence[Wrench], *, via: bool = False
 ) -> LoadForecast | None:
     """Return what one load, or the last on a path `via` others, takes by counts; None of other models and tables."""
-    if choice is None or choice.name != "block" or not (via or len(loads) == 1):
+    if choice is None or not (via or len(loads) == 1):
         return None
-    return forecast_load(sensor, on_target(sensor, loads))
+    acting = on_target(sensor, loads)
+    return forecast_touch(sensor, acting[-1], choice.name) or (
+        forecast_load(sensor, acting) if choice.name == "block" else None
+    )
 
 
 def planned_seconds(

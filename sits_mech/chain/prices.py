@@ -23,7 +23,8 @@ Two meshes then take some
 |q| the displacement of the target's edge in thicknesses (`biorob2018` under 3 N, 8 N and under 40 N, which linear
 theory moves by 3.4 and 4.3, took 134 and 178), no more than the limit of time; and more by contact where the silicone
 that the target displaces, sink min(w/2, sqrt(K/(12 mu))) for each of its sides, fills the half circle that a free wall
-beside it bulges to before it folds onto ground and target.
+beside it bulges to before it folds onto ground and target. What presses on a cover is let in whatever its force: of it
+iterations are counted, on meshes that are made.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from sits_mech.mechanics.pad.shapes import shape_of
 from sits_mech.memory import SECONDS
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, MechanicalModel, SolveFailed, SolveReport, Wrench
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, shape_on_cover
 
 _IN_PLANE = ((1.5, 0.25), (15.0, 0.02))
 _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetric": _IN_PLANE}
@@ -59,6 +60,7 @@ FOURTH = 0.7
 _TOUCHING = NoteKind.FACE_TOUCHES, NoteKind.FACES_TOUCH
 _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by contact that grows harder
 _FIRST, _FARTHER = 10, 2.5  # iterations of two meshes under a load within reach, and how they grow with increments
+_ROUND, _FLAT = 24, 10  # iterations of two meshes under a shape on a cover
 _SIZE, _POWER = 3674, 0.6  # unknowns from which on an iteration takes longer for each of them, and how
 _BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a half circle
 _SOFTER = 8  # increments of a leg of a path with friction
@@ -72,6 +74,25 @@ class LoadForecast(NamedTuple):
     touching: bool  # whether free faces are to be pressed against ground or target
     seconds: float  # of processor time, by these two meshes
     most: float  # with finer ones, and contact
+
+
+def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | None:
+    """Return what a load takes of a shape that presses on a cover, whose first meshes are made; None of other touches.
+
+    Two meshes then take some 24 iterations of a round shape, 10 of a flat one: of 13 scenes and loads 16 to 38, 10.
+    """
+    touch = shape_on_cover(sensor)
+    if touch is None or touch.shape == "pressure" or model not in _FURTHER:
+        return None
+    from sits_mech.mechanics.block import pad_family
+    from sits_mech.mechanics.pad.planar import layer_family
+
+    whole = bool(load.out_of_plane)
+    levels = layer_family(sensor, True) if model == "axisymmetric" else pad_family(sensor, whole=whole)[0]
+    first, second = (len(levels.maker(level).free) for level in (0, 1))
+    size = second * max(second / _SIZE, 1.0) ** _POWER
+    seconds = min(_ONCE + (_FLAT if touch.radius is None else _ROUND) * _EACH * size, SECONDS.get())
+    return LoadForecast((first, second), 1, False, seconds, min(_FURTHER[model][-1][0] * seconds, SECONDS.get()))
 
 
 def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:

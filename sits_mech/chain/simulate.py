@@ -32,7 +32,7 @@ from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
-from sits_mech.mechanics.touch import check_untouched, on_target
+from sits_mech.mechanics.touch import TouchLoad, check_untouched, on_target, to_depth
 from sits_mech.notes import NoteKind, Omission, OmissionKind
 from sits_mech.quantities import (
     Array,
@@ -90,8 +90,8 @@ class Simulation:
 
 @checked_arguments
 def simulate(
-    sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    via: Sequence[Wrench] = (), best: bool = True,
+    sensor: Sensor, wrench: Wrench | TouchLoad, *, tolerance: float = 1e-2, mechanics: str = "auto",
+    magnetics: str = "auto", via: Sequence[Wrench] = (), best: bool = True,
 ) -> Simulation:
     """Return what the sensor shows under a load.
 
@@ -99,8 +99,8 @@ def simulate(
     ----------
     sensor : Sensor
         With target and elastomer.
-    wrench : Wrench
-        The load [N, N m].
+    wrench : Wrench or TouchLoad
+        The load [N, N m], or that of the scene's touch as `touch_load` finds it, whose error counts.
     tolerance : float
         Asked error of the signals, over the largest change that any of them shows from rest to the load.
     mechanics, magnetics : str
@@ -136,7 +136,9 @@ def simulate(
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     began = time.process_time()
+    wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
+    layer = to_depth(layer, depth)
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
@@ -299,15 +301,18 @@ def aimed_rest(
 
 def at_rest(
     sensor: Sensor, layer: MechanicalModel, wrench: Wrench, left_out: tuple[Omission, ...], via: Sequence[Wrench] = (),
+    *, known: Equilibrium | None = None,
 ) -> Equilibrium:
     """Return the equilibrium under a load; components of its pose that symmetry forbids are zero without error.
 
     A load is solved as one of its images, as for `calibrate`: by half the pad if that lies in the plane. The state of
     another image is not that of the load, and is left out. Its error holds `left_out`, what the layer leaves out of the
     load. `via` are loads passed on the way, for a layer with friction. Raises SceneError where the layer has no
-    friction, SolveFailed without equilibrium.
+    friction, SolveFailed without equilibrium. `known`: solved before.
     """
-    if via:
+    if known is not None:
+        found = symmetrised(known, symmetry_of(sensor), wrench)
+    elif via:
         found = _along_path(sensor, layer, [*via, wrench])
     else:
         image, back = image_at_rest(symmetry_of(sensor), layer, wrench)

@@ -130,7 +130,7 @@ def explain(
     Example: sits-mech explain finger.toml --history press.csv
     """
     sensor = sensor_of(scene, overrides)
-    wrench = load.wrench(sensor)
+    wrench = load.wrench() if history else load.solved(sensor, models.mechanics, models.tolerance, rough=True).wrench
     if history is not None and (ladder or wrench.components.any()):
         came = "--ladder" if ladder else "a load"
         raise SceneError(f"--history: must be given without a load or --ladder; got {came}")

@@ -17,6 +17,7 @@ from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
+    from sits_mech.mechanics.touch import TouchLoad
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
@@ -129,12 +130,32 @@ class Load:
     mz: Mz = "0 N*m"
 
     def wrench(self, sensor: Sensor | None = None) -> Wrench:
-        """Return the load in SI; where none was written, the force of a scene's touch."""
+        """Return the load in SI; where none was written, the force of a scene's touch, which must not be a depth."""
         from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
 
-        if self == Load() and sensor is not None and sensor.touch is not None and sensor.touch.force is not None:
-            return Wrench(F_z=sensor.touch.force)
+        touch = None if self != Load() or sensor is None else sensor.touch
+        if touch is not None and touch.depth is not None:
+            raise SceneError(f"touch.depth: must be a force, or a load must be given, here; got {touch.depth:g} m")
+        if touch is not None and touch.force is not None:
+            return Wrench(F_z=touch.force)
         return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
+
+    def solved(
+        self, sensor: Sensor, mechanics: str = "auto", tolerance: float = 1e-2, *, rough: bool = False
+    ) -> TouchLoad:
+        """Return the load in SI; where none was written that of a scene's touch, to whose depth a force is solved."""
+        from sits_mech.mechanics.touch import TouchLoad
+
+        if self != Load() or sensor.touch is None or sensor.touch.depth is None:
+            return TouchLoad(self.wrench(sensor))
+        check_request(sensor, {}, tolerance, mechanics=mechanics)
+
+        from sits_mech.chain.pressing import touch_load
+        from sits_mech.cli.console import announcing
+
+        warn(f"touch.depth: the force that presses {sensor.touch.depth * 1e3:g} mm deep is solved first")
+        with announcing():
+            return touch_load(sensor, mechanics=mechanics, tolerance=tolerance, rough=rough)
 
 
 @Parameter(name="*")

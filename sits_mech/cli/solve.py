@@ -55,7 +55,8 @@ def pose(
     Example: sits-mech pose biorob2018 --fx "0.5 N" --fz "2 N"
     """
     sensor, via = sensor_of(scene, overrides, temperature), way.loads()
-    loads = [*via, load.wrench(sensor)]
+    given = load.solved(sensor, mechanics, tolerance)
+    loads = [*via, given.wrench]
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.models import mechanical_model
@@ -68,7 +69,7 @@ def pose(
         layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
         left_out = mechanical_omissions(sensor, choice.name, loads[-1:], bent=choice.bent)
         layer = within_omissions(layer, choice, tolerance, left_out)
-        found = at_rest(sensor, layer, loads[-1], left_out, via)
+        found = at_rest(sensor, layer, loads[-1], left_out, via, known=given.found)
     flags = rest_flags(sensor, found, tolerance)
     tables = [equilibrium_table(found, flags=flags), *left_out_tables(left_out)]
     answer(equilibrium_record(found, left_out) | status_record(flags), tables, as_json)
@@ -136,18 +137,23 @@ def simulate(
     Example: sits-mech simulate biorob2018 --fx "0.5 N" --fz "2 N" --temperature "-10 degC:60 degC:8"
     """
     sensor, *others = sensors_of(scene, overrides, temperature)
-    wrench, via = load.wrench(sensor), way.loads()
-    check_request(sensor, vars(wrench), **asdict(models))
+    via = way.loads()
     if history is not None:
+        check_request(sensor, {}, **asdict(models))
         if load != Load() or via or others or not best or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --no-best, --picture or temperatures")
         return through_history(sensor, history, models, rcount, output, as_json, accept)
     if output is not None or rcount is not None:
         raise SceneError(f"{'-o' if output is not None else '--rcount'}: must come with --history; got no history")
     if others:
+        wrench = load.wrench(sensor)
+        check_request(sensor, vars(wrench), **asdict(models))
         return over_temperature([sensor, *others], wrench, via, models, best, picture, as_json, accept)
     if picture is not None:
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
+    given = load.solved(sensor, models.mechanics, 0.5 * models.tolerance)
+    wrench = given.wrench
+    check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.spectrum import at_terminals
     from sits_mech.chain.models import Choice
@@ -158,7 +164,7 @@ def simulate(
     from sits_mech.report.tables.solves import equilibrium_table, impedance_table, signal_table
 
     with solving(sensor, [*via, wrench], **asdict(models)):
-        found = simulated(sensor, wrench, via=via, best=best, **asdict(models))
+        found = simulated(sensor, given, via=via, best=best, **asdict(models))
     field, shown = Choice(found.impedance.report.model), (found.equilibrium.pose, found.impedance)
     unsolved = (*found.left_out, *magnetic_omissions(sensor, field, [*via, wrench], shown))
     tables = [

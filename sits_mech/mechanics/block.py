@@ -198,12 +198,12 @@ def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
     return Line(sensor, pad_scales(sensor, share), makers, tolerance)
 
 
-def pad_family(sensor: Sensor) -> tuple[Levels, float]:
-    """Return the first family of meshes, without contact, of half a pad or a user's mesh; and the meshed share."""
+def pad_family(sensor: Sensor, *, whole: bool = False) -> tuple[Levels, float]:
+    """Return the first family of meshes, without contact, of half a pad, or all; or a user's mesh; and its share."""
     _, elastomer = pad_parts(sensor)
     if elastomer.mesh is not None:
         return meshed_family(sensor, 0.0, _SHARE), meshed_share(sensor)
-    return _family(sensor, 0.0, whole=False, depth=0.0), 0.5
+    return _family(sensor, 0.0, whole, 0.0), 1.0 if whole else 0.5
 
 
 @of_one_pad

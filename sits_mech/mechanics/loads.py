@@ -158,7 +158,9 @@ def _row(found: Equilibrium) -> Row:
     """Return what is kept of an equilibrium."""
     report = {name: getattr(found.report, name) for name in _KEPT_OF_REPORT} | {"notes": packed(found.report.notes)}
     numbers = {"pose": found.pose.components, "error": found.error.components}
-    return report | numbers | {name: getattr(found, name) for name in ("state", "shared", "slopes")}
+    acting = None if found.acting is None else found.acting.components
+    more = {name: getattr(found, name) for name in ("state", "shared", "slopes", "sunk")}
+    return report | numbers | more | {"acting": acting}
 
 
 def _read(load: Wrench, row: Row) -> Settled:
@@ -169,7 +171,10 @@ def _read(load: Wrench, row: Row) -> Settled:
     shared, slopes = (np.asarray(row[name], dtype=float).reshape(-1, len(POSE)) for name in ("shared", "slopes"))
     report: dict[str, Any] = {name: row[name] for name in _KEPT_OF_REPORT} | {"notes": unpacked(row["notes"])}
     own, state = SolveReport(residual=0.0, seconds=0.0, **report), np.asarray(row["state"], dtype=float)
-    return Settled(Equilibrium(load, pose, error, state, own, shared, slopes=slopes), row["seconds"])
+    kept = Equilibrium(load, pose, error, state, own, shared, slopes=slopes)
+    if row["acting"] is not None:
+        kept = replace(kept, acting=Wrench(*map(float, row["acting"])))
+    return Settled(kept if row["sunk"] is None else replace(kept, sunk=tuple(row["sunk"])), row["seconds"])
 
 
 def _start(found: Mapping[Wrench, Settled], load: Wrench, smooth: bool) -> Equilibrium | None:

@@ -59,6 +59,7 @@ def equilibrium_record(found: Equilibrium, left_out: Sequence[Omission], half: s
         "wrench": asdict(found.wrench),
         **({} if found.acting is None else {"acting": asdict(found.acting)}),
         **({} if found.sunk is None else dict(zip(("sunk", "error_sunk"), found.sunk, strict=True))),
+        **({} if found.error_F_z is None else {"error_F_z": found.error_F_z}),
         "report": report_record(found.report, left_out, half=half),
     }
 

@@ -190,7 +190,7 @@ def shape_on_cover(sensor: Sensor) -> Touch | None:
     """Return what presses on a scene's cover, anywhere and by any force; None where nothing does."""
     if sensor.touch is None or sensor.cover is None:
         return None
-    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None})
+    return sensor.touch.model_copy(update={"x": 0.0, "y": 0.0, "force": None, "depth": None})
 
 
 def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:

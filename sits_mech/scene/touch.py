@@ -47,6 +47,8 @@ class Touch(BaseModel):
         keeps its direction whatever is said.
     force : float or None
         By which it presses where a command names no load [N].
+    depth : float or None
+        How far it is pushed in from where it first touches, in place of the force, which is found [m].
     radius, width, length, diameter : float or None
         Of the sphere or cylinder; of the area, width and the other length along x and y; of a cylinder along it [m].
     axis : str or None
@@ -61,6 +63,7 @@ class Touch(BaseModel):
     y: Coordinate = 0.0
     friction: Literal["none", "sticking"] = "none"
     force: PressingForce | None = None
+    depth: Length | None = None
     radius: Length | None = None
     width: Length | None = None
     length: Length | None = None
@@ -70,7 +73,12 @@ class Touch(BaseModel):
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:
-        """Refuse a shape without its sizes, or with those of another."""
+        """Refuse a shape without its sizes, or with those of another, and a depth beside a force, or of a pressure."""
+        if self.depth is not None and self.force is not None:
+            raise SceneError(f"depth must be left out beside force, of which one is given; got {mm(self.depth)}, "
+                             f"{self.force:g} N")
+        if self.depth is not None and self.shape == "pressure":
+            raise SceneError(f"depth must be left out of a pressure, which has no shape; got {mm(self.depth)}")
         needed = _SIZES.get(self.shape, ("diameter",) if self.diameter is not None else ("width", "length"))
         check_sizes(self, needed, f"a {self.shape}", _KEYS)
         if self.edge_radius is None:
@@ -123,6 +131,11 @@ def check_touch(touch: Touch, target: Target | None, cover: Cover | None, pad: E
         raise SceneError(f"target.load_height must be left out with touch, which presses on the top face; got {height}")
     if cover is not None and pad is not None:
         _check_on_silicone(touch, cover, pad)
+    if touch.depth is not None and pad is not None:
+        room, what = (pad.thickness, "the pad") if cover is None else (cover.thickness, "the cover")
+        room, what = (room, what) if cover is None else min((room, what), (touch.radius or room, "the radius"))
+        if touch.depth >= room:
+            raise SceneError(f"touch.depth must be less than {what}, {mm(room)}; got {mm(touch.depth)}")
     check_place(touch, (target, cover, pad), touch.place)
 
 

@@ -202,6 +202,21 @@ def test_a_settled_load_is_kept_as_a_start(sensor: Sensor, tmp_path: Path) -> No
     assert kept_rest(keep, Wrench(-0.5, 1.0)) is None and kept_rest((None, ""), wrench) is None
 
 
+def test_a_kept_touch_is_as_deep_as_it_was(tmp_path: Path) -> None:
+    """What acts on the target and how deep a shape stands come back from disk, for pictures and tables."""
+    load, keep = Wrench(F_z=1.0), (tmp_path, "key")
+    rest = Equilibrium(load, Pose(0.0, 1e-3), Pose(0.0, 0.0), np.zeros(0), SolveReport("", 1, 1, 0.0, 0.0, 0.0),
+                       acting=Wrench(0.1, 1.0), sunk=(1.5e-4, 1e-6))
+
+    class Layer:
+        def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+            return rest
+
+    first, again = settle(Layer(), [load], symmetry=Symmetry(), keep=keep)[load].rest, kept_rest(keep, load)
+    assert first is not None and again is not None
+    assert (again.acting, again.sunk) == (first.acting, first.sunk) == (rest.acting, rest.sunk)
+
+
 def test_what_cannot_be_asked_is_refused(sensor: Sensor) -> None:
     """Unknown model, no layer, tolerance, forces: one line each."""
     words = 'mechanics.*one of auto, closed-form, linear, planar, axisymmetric, block; got "blok"'

@@ -34,7 +34,11 @@ def test_a_scene_with_a_touch_reads_and_writes_as_it_is():
     ('shape="cylinder", radius="1 mm", length="9 mm", axis="y"', "got a cylinder of radius 1 mm, 9 mm long along y"),
     ('shape="cylinder", radius="1 mm", length="9 mm"', "touch: axis must be given for a cylinder"),
     ('shape="sphere", radius="1 mm", force="-1 N"', 'touch.force: must be a force that presses, .* got "-1 N"'),
-    ('shape="sphere", radius="1 mm", depth="1 mm"', 'touch.depth: the key must be one of .* got "depth"'),
+    ('shape="sphere", radius="1 mm", deep="1 mm"', 'touch.deep: the key must be one of .* got "deep"'),
+    ('shape="sphere", radius="1 mm", depth="-1 mm"', 'touch.depth: must be a length .* got "-1 mm"'),
+    ('shape="sphere", radius="1 mm", depth="2 mm"', "touch.depth must be less than the pad, 2 mm; got 2 mm"),
+    ('shape="sphere", radius="1 mm", depth="1 mm", force="1 N"', "depth must be left out beside force, .* 1 mm, 1 N"),
+    ('shape="pressure", diameter="1 mm", depth="1 mm"', "depth must be left out of a pressure, .* got 1 mm"),
 ])
 def test_what_is_no_touch_is_refused_in_one_line(touch, line):
     with pytest.raises(SceneError, match=line) as caught:
@@ -67,6 +71,8 @@ COVER = 'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}'
     ('shape="sphere", radius="1 mm", friction="sticking"', 'touch.friction must be "none" on a cover'),
     ('shape="cylinder", radius="1 mm", length="9 mm", axis="x"', "touch.length must reach beyond the cover"),
     ('shape="punch", width="2 mm", length="2 mm"', "touch.edge_radius must be at least 0.02 mm .* got none"),
+    ('shape="sphere", radius="0.5 mm", depth="0.5 mm"', "touch.depth must be less than the radius, 0.5 mm; got 0.5 mm"),
+    ('shape="sphere", radius="9 mm", depth="1 mm"', "touch.depth must be less than the cover, 1 mm; got 1 mm"),
     ('shape="punch", diameter="2 mm", edge_radius="2 mm"', "edge_radius must be at most half the punch, 1 mm"),
     ('shape="sphere", radius="1 mm", edge_radius="0.1 mm"', "edge_radius must be left out of a sphere"),
 ])

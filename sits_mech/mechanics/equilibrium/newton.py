@@ -90,7 +90,7 @@ def newton(
     here = replace(start, load=load, height=body.stands(start.u, load), known=deformed_state(body, start))
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
-    length = part = taken = 0.0
+    length = part = taken = lift = 0.0
     nearly = steps.enough is not None
     most = 2 * MOST if steps.falling and not nearly else MOST
     for count in range(most + 1):
@@ -98,7 +98,8 @@ def newton(
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
-        if count == most or _done(steps, left, (body.length(off), taken), body.slips | body.meets(goal)):
+        moved = max(body.length(off), lift)
+        if count == most or _done(steps, left, (moved, taken), body.slips | body.meets(goal)):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
@@ -111,7 +112,7 @@ def newton(
             here = here if nearly else replace(here, residual=np.inf, iterations=count + 1)
             break
         here, taken, found = gone
-        part, off = part + taken * way.part, np.abs(way.q)
+        part, off, lift = part + taken * way.part, np.abs(way.q), abs(way.height)
     clear = body.length(off) <= _LEAST_CLEAR * body.length(here.q) if nearly else here.residual <= SETTLED
     ended = Outcome(here, 1.0 if arc is None else part, PathEnd.NONE if clear else PathEnd.LOST, length=length, off=off)
     if factor is None or near > _NEAR or nearly or not clear:

@@ -107,7 +107,7 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     """
     (before, state), (held, goal) = states, aim
     if levels.fine.press is not None:
-        yield from _pressed(levels, state, aim)
+        yield from _pressed(levels, states, aim)
         return
     for level in range(2, min(levels.rested, len(levels))):
         body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
@@ -126,14 +126,16 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
             return
 
 
-def _pressed(levels: Levels, state: State, aim: tuple[Held, Array]) -> Iterator[Outcome]:
-    """Yield the rests of a cover that is pressed on: what presses is found again on each mesh."""
-    held, goal = aim
+def _pressed(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) -> Iterator[Outcome]:
+    """Yield the rests of a cover that is pressed on, as `finer`: down the potential, from the level before."""
+    (before, state), (held, goal) = states, aim
     for level in range(2, min(levels.rested, len(levels))):
-        body = levels.maker(level)
+        body, enough = levels.maker(level), _ENOUGH * levels.maker(level).length(state.q - before.q)
         begun = prolonged(levels, level, state) or unloaded(body)
-        ended = advance(body, begun, Path((begun.load, goal), held))
-        if ended.reason:
+        found = newton(body, begun, goal, held, steps=Steps(falling=True, enough=enough))
+        if found.reason:
             return
-        state = replace(ended.state, known=None)
-        yield replace(ended, state=state, off=0.0 * goal)
+        state, before = replace(found.state, known=None), state
+        yield replace(found, state=state)
+        if body.length(found.off) > enough:
+            return

@@ -29,7 +29,7 @@ from sits_mech.report.pictures.fields import (
 from sits_mech.report.pictures.indenter import draw_from_the_side, height_shown
 from sits_mech.report.pictures.pad import deformed_section
 from sits_mech.report.pictures.style import TRACKS, add_polygons, label_bar, new_figure
-from sits_mech.scene.sensor import SceneError, Sensor
+from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover
 from sits_mech.units import MM
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def load_view(
         if getattr(sensor, part) is None:
             raise SceneError(f"{sensor.name}: {part}: must be given for a picture of the layer; it is missing")
     (acting,) = on_target(sensor, [wrench])
-    chosen_by_load = mechanics != "auto" or acting.out_of_plane
+    chosen_by_load = mechanics != "auto" or acting.out_of_plane or shape_on_cover(sensor) is not None
     model, _ = mechanical_model(sensor, mechanics, tolerance, [wrench] if chosen_by_load else ())
     equilibrium = model.equilibrium(wrench) if known is None else known
     if acting.out_of_plane and equilibrium.state.size == 0:

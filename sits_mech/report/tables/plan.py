@@ -59,8 +59,8 @@ def taken_words(seconds: Sequence[tuple[str, float]], counts: LoadForecast | Non
         meshes = " and ".join(f"{count:,}" for count in counts.unknowns)
         touching = ", free faces pressed" if counts.touching else ""
         more = f"{_short(counts.most)} s with finer meshes{'' if counts.touching else ' or contact'}"
-        own = f"block, meshes of some {meshes} unknowns, {parts}{touching}, about {_short(counts.seconds)} s, {more}"
-        words[0] = own
+        words[0] = f"{seconds[0][0]}, meshes of some {meshes} unknowns, {parts}{touching}, about "
+        words[0] += f"{_short(counts.seconds)} s, {more}"
     return f"to solve: {'; '.join(words)}"
 
 

@@ -139,6 +139,8 @@ def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[s
     for name, wrench in (("load", found.wrench), ("on the target", found.acting)):
         if wrench is not None:
             lines.append((name, load_words({part: getattr(wrench, part) for part in WRENCH[:3] + wrench.out_of_plane})))
+    if found.error_F_z is not None:
+        lines.append(("of the depth", f"F_z = {with_error(found.wrench.F_z, found.error_F_z)} N"))
     return key_table(title, lines + volume_lines(found.report) + report_lines(found.report))
 
 
