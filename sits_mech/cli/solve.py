@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import announcing, answer, deliver_picture, exit_code_of, kept_promise, solving, warn
+from sits_mech.cli.console import (
+    announcing,
+    answer,
+    deliver,
+    deliver_picture,
+    exit_code_of,
+    kept_promise,
+    solving,
+    warn,
+)
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -239,26 +248,34 @@ def cells(
     load: Annotated[Quantity | None, Parameter(
         help="Force of the touch (default: touch.force); else a press for the share of finite strain (1 N)."
     )] = None,
-    picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
+    header: Annotated[Path | None, Parameter(help="C header to write: forces on cells by those that they read.")] =
+    None, picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What does a cell read when its neighbour is pressed, or what do all of a [touch]: several [[targets]] on one pad.
 
     Example: sits-mech cells fingertip.toml --set 'targets.B.centre.0="6 mm"' --picture cells.png
     """
-    from sits_mech.report.folder import checked_picture
+    from sits_mech.report.folder import checked_file, checked_picture
 
-    picture = picture and checked_picture(picture, "--picture")
+    picture, header = picture and checked_picture(picture, "--picture"), header and checked_file(header, "--header")
     press = None if load is None else quantity(load, "N", "--load")
 
+    from sits_mech.chain.cell_forces import cell_forces
     from sits_mech.chain.cells import CellCrosstalk, CellTouch, cell_crosstalk, cell_touch
+    from sits_mech.export.cells import cells_header
     from sits_mech.report.cells import cells_figure, cells_record, cells_tables
     from sits_mech.scene.cells import load_cells
 
-    given = load_cells(scene, overrides.all)
+    given, least = load_cells(scene, overrides.all), 1.0 if press is None else press
+    if header is not None and given.touch is not None:
+        raise SceneError("touch must be left out with --header; it is there")
+    unmixed = None if header is None else cell_forces(given, tolerance, least)
     found: CellCrosstalk | CellTouch = (
-        cell_touch(given, tolerance, press) if given.touch is not None else
-        cell_crosstalk(given, tolerance, 1.0 if press is None else press)
+        unmixed.crosstalk if unmixed is not None else cell_touch(given, tolerance, press) if given.touch is not None
+        else cell_crosstalk(given, tolerance, least)
     )
+    if unmixed is not None:
+        deliver(cells_header(unmixed, given.sensor.name), header)
     answer(cells_record(found), cells_tables(found), as_json)
     deliver_picture(picture, lambda: cells_figure(found))
     return exit_code_of(found.flags[:1], accept)

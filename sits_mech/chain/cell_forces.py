@@ -1,0 +1,195 @@
+"""Which forces act on cells on one pad, by what each reads?
+
+A calibration, and the firmware made of it, is that of a cell alone: in the middle of the pad, without slots, under a
+cover of its own. Of signals s_i it makes a_i = H_i^-1 s_i, H_i = S_ii C_i with C_i the compliance of its target there.
+On the pad s_i = sum_j G_ij f_j (chain/cells.py), so that
+
+    a = A f + B g,      A_ij, B_ij = H_i^-1 G_ij = P_i X_ij,      P_i = H_i^-1 G_ii,
+
+f the forces that the cells read, g those that they do not (F_x of a cell with one coil); P_i is what the place on the
+pad makes of a force on the cell itself. A is square, and
+
+    f = M a,      M = A^-1,
+
+is off by M (dA f + B g), of which g cannot be known. |dA| <= D + phi |A - 1|, D the estimated errors of A, phi the
+share of finite strain, which grows with the load (a_i itself has that of a cell alone). A + dA is regular for every
+|dA| <= D where |M| D has row sums below one (Neumann's series); other cells are refused: what they read does not
+resolve the forces on them.
+
+Of P errors of S_ii count by what C_ii differs from C_i P_i alone, as they are in H_i as well.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from sits_mech.arguments import checked_arguments
+from sits_mech.chain.cells import FORCES, CellCrosstalk, crosstalk_by, inverses, own_of, places_of
+from sits_mech.mechanics.cells import CellsPad, cells_pad
+from sits_mech.quantities import Array, Mask
+from sits_mech.scene.cells import Cells
+from sits_mech.threads import one_thread
+from sits_mech.units import SceneError
+
+
+@dataclass(frozen=True)
+class CellForces:
+    """What turns the forces that n cells read, each as if it were alone, into those on them; made by `cell_forces`.
+
+    Attributes
+    ----------
+    crosstalk : CellCrosstalk
+        The cells, what they read by calibrations in place, a load and its share of finite strain.
+    mixing : ndarray
+        A and B of the module docstring, shape (n, r, n, 3), as `CellCrosstalk.total`: what a cell reads, by the
+        calibration of that cell alone, per newton on each; zeros where it does not read a force [N/N].
+    mixing_error : ndarray
+        Its estimated error, in the same shape [N/N].
+    inverse : ndarray
+        M, shape (n, r, n, r); zeros of what is not read [N/N].
+    seconds : float
+        Processor time.
+    """
+
+    crosstalk: CellCrosstalk
+    mixing: Array
+    mixing_error: Array
+    inverse: Array
+    seconds: float
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The forces that any cell reads, r of `FORCES`."""
+        return self.crosstalk.reads
+
+    @property
+    def known(self) -> Mask:
+        """Which forces each cell reads, (n, r)."""
+        return np.asarray(np.isfinite(own_of(self.crosstalk.total)[..., 0]))
+
+    @property
+    def by_mixing(self) -> Array:
+        """|M| D, error of forces by that of the mixing, per newton on each cell, (n, r, n, r) [N/N]."""
+        return self._through(self.mixing_error)
+
+    @property
+    def by_finite_strain(self) -> Array:
+        """|M| phi |A - 1|, the same, per newton of a force as large as the crosstalk's load."""
+        own = np.eye(self.known.size).reshape(2 * self.known.shape)
+        beside = self.mixing.copy()
+        beside[..., self._at] -= own
+        return np.asarray(self.crosstalk.finite_strain * self._through(beside))
+
+    @property
+    def by_unread(self) -> Array:
+        """M B: what forces that a cell does not read make of those that are found, (n, r, n, 3) [N/N]."""
+        found = np.einsum("irks,ksjw->irjw", self.inverse, self.mixing)
+        found[..., self._at] = np.where(self.known, 0.0, found[..., self._at])
+        return found
+
+    def forces(self, read: Array) -> tuple[Array, Array]:
+        """Return the forces on cells, and their errors, of those that they read, each (..., n, r) [N].
+
+        Errors by the mixing's, and by finite strain, which grows with the square of forces; not by forces that a cell
+        does not read. NaN where it does not read one.
+        """
+        f = np.einsum("irjs,...js->...ir", self.inverse, np.where(self.known, read, 0.0))
+        error = np.einsum("irjs,...js->...ir", self.by_mixing, np.abs(f))
+        error += np.einsum("irjs,...js->...ir", self.by_finite_strain, f**2 / self.crosstalk.load)
+        return np.where(self.known, f, np.nan), np.where(self.known, error, np.nan)
+
+    @property
+    def _at(self) -> list[int]:
+        """Where the forces that are read stand in `FORCES`."""
+        return [FORCES.index(name) for name in self.reads]
+
+    def _through(self, off: Array) -> Array:
+        """Return |M| |dA|, (n, r, n, r), of dA (n, r, n, 3): by forces that are read."""
+        found = np.einsum("irks,ksjt->irjt", np.abs(self.inverse), np.abs(off[..., self._at]))
+        return np.where(self.known, found, 0.0)
+
+
+@checked_arguments
+@one_thread
+def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellForces:
+    """Return what turns the forces that cells read, each by the calibration of it alone, into the forces on them.
+
+    Parameters
+    ----------
+    cells, tolerance, load
+        As of `cell_crosstalk`; the share of finite strain at the load counts in the errors of forces.
+
+    Returns
+    -------
+    CellForces
+
+    Raises
+    ------
+    ValueError
+        As `cell_crosstalk`, and for cells whose readings do not resolve the forces on them.
+
+    Examples
+    --------
+    >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
+    >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
+    ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
+    >>> found = sm.cell_forces(sm.load_cells("biorob2018", [f"targets={places}", *one]), tolerance=0.1)
+    >>> force, error = found.forces(np.array([[0.0], [1.0]]))  # A reads nothing, B 1 N of F_z
+    >>> force[:, 0].round(2).tolist()
+    [0.05, 1.0]
+    """
+    began = time.process_time()
+    found, (S, off), pad = crosstalk_by(cells, tolerance, load)
+    P, off_P = _in_place(found, S, off, pad, tolerance)
+    (X, off_X), known = np.nan_to_num([found.total, found.error]), np.isfinite(own_of(found.total)[..., 0])
+    n, at = np.arange(len(known)), [FORCES.index(name) for name in found.reads]
+    off_X[n[:, None], :, n[:, None], at] = 0.0  # in place a cell reads a newton on itself as one
+    A = np.einsum("irs,isjw->irjw", P, X)
+    D = np.einsum("irs,isjw->irjw", np.abs(P), off_X) + np.einsum("irs,isjw->irjw", off_P, np.abs(X))
+    made = CellForces(found, A, D, _inverse(A[..., at], known), time.process_time() - began)
+    _check_resolved(made)
+    return made
+
+
+def _in_place(found: CellCrosstalk, S: Array, off: Array, pad: CellsPad, tolerance: float) -> tuple[Array, Array]:
+    """Return P of the module docstring and its error, (n, r, r)."""
+    cells, at, limit = found.cells, places_of(found.reads), pad.levels.limit(pad.compliances)
+    alone = {kind: _alone(cells, kind, tolerance) for kind in set(cells.kinds)}
+    C, off_C = (np.stack([alone[kind][part] for kind in cells.kinds])[..., at] for part in (0, 1))
+    there, off_there = own_of(limit.value)[..., at], own_of(limit.error)[..., at]
+    H = inverses(own_of(S) @ C)
+    P = H @ own_of(np.einsum("irkp,kpjw->irjw", S, limit.value))[..., at]
+    wrong = np.abs(own_of(S)) @ (off_there + off_C @ np.abs(P)) + own_of(off) @ np.abs(there - C @ P)
+    beside = own_of(np.einsum("irkp,kpjw->irjw", off, np.abs(limit.value)))[..., at] - own_of(off) @ np.abs(there)
+    return P, np.abs(H) @ (wrong + beside)
+
+
+def _alone(cells: Cells, k: int, tolerance: float) -> tuple[Array, Array]:
+    """Return the compliance of a cell's target alone in the middle of the pad, and its error, (6, 6)."""
+    cell = cells.targets[k].model_copy(update={"centre": (0.0, 0.0)})
+    only = {"targets": (cell,), "sensors": (cells.sensors[k],), "slots": (), "touch": None}
+    pad = cells_pad(cells.model_copy(update=only), tolerance)
+    limit = pad.levels.limit(pad.compliances)
+    return limit.value[0, :, 0], limit.error[0, :, 0]
+
+
+def _inverse(A: Array, known: Mask) -> Array:
+    """Return M, (n, r, n, r), of A, (n, r, n, r), of what is known; infinite where it is singular."""
+    square = A[known][:, known]
+    found, (rows,) = np.zeros((known.size, known.size)), np.nonzero(known.ravel())
+    singular = np.linalg.matrix_rank(square) < len(rows)
+    found[np.ix_(rows, rows)] = np.inf if singular else np.linalg.inv(square)
+    return found.reshape(*known.shape, *known.shape)
+
+
+def _check_resolved(found: CellForces) -> None:
+    """Refuse cells whose readings do not resolve the forces on them."""
+    share = np.nan_to_num(found.by_mixing.sum(axis=(2, 3)), nan=np.inf)
+    i, r = np.unravel_index(share.argmax(), share.shape)
+    if not share[i, r] < 1.0:
+        name = f"{found.reads[r]} on targets.{found.crosstalk.cells.names[i]}"
+        raise SceneError(f"targets must be so far apart, or the tolerance so small, that what cells read resolves the "
+                         f"forces on them to 100 % of the largest; got {name} to {100.0 * share[i, r]:.3g} %")
