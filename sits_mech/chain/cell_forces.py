@@ -11,25 +11,31 @@ pad makes of a force on the cell itself. A is square, and
 
     f = M a,      M = A^-1,
 
-is off by M (dA f + B g), of which g cannot be known. |dA| <= D + phi |A - 1|, D the estimated errors of A, phi the
-share of finite strain, which grows with the load (a_i itself has that of a cell alone). A + dA is regular for every
-|dA| <= D where |M| D has row sums below one (Neumann's series); other cells are refused: what they read does not
-resolve the forces on them.
+is off by M (dA f + B g + e), of which g cannot be known. |dA| <= D, the estimated errors of A, and A + dA is regular
+for all of these where |M| D has row sums below one (Neumann's series); other cells are refused: what they read does not
+resolve the forces on them. In D errors of S_ii count by what C_ii differs from C_i P_i, as they are in H_i as well.
 
-Of P errors of S_ii count by what C_ii differs from C_i P_i alone, as they are in H_i as well.
+e is finite strain: by each force alone, of a given size and either sign, Newton's second step p_k of the poses,
+
+    e_i = H_i^-1 sum_k S_ik p_k,
+
+less that of the cell alone for the force's own cell, whose calibration has it. It grows with the square of forces; what
+two add to the sum of theirs is left out.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.cells import FORCES, CellCrosstalk, crosstalk_by, inverses, own_of, places_of
 from sits_mech.mechanics.cells import CellsPad, cells_pad
-from sits_mech.quantities import Array, Mask
+from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.cells import Cells
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError
@@ -48,6 +54,9 @@ class CellForces:
         calibration of that cell alone, per newton on each; zeros where it does not read a force [N/N].
     mixing_error : ndarray
         Its estimated error, in the same shape [N/N].
+    finite_strain : ndarray
+        e of the module docstring by each force as large as the crosstalk's load, shape (n, r, n, r); infinite where it
+        is not bounded [N].
     inverse : ndarray
         M, shape (n, r, n, r); zeros of what is not read [N/N].
     seconds : float
@@ -57,6 +66,7 @@ class CellForces:
     crosstalk: CellCrosstalk
     mixing: Array
     mixing_error: Array
+    finite_strain: Array
     inverse: Array
     seconds: float
 
@@ -73,22 +83,19 @@ class CellForces:
     @property
     def by_mixing(self) -> Array:
         """|M| D, error of forces by that of the mixing, per newton on each cell, (n, r, n, r) [N/N]."""
-        return self._through(self.mixing_error)
+        return _through(self.inverse, self.mixing_error[..., self._at])
 
     @property
     def by_finite_strain(self) -> Array:
-        """|M| phi |A - 1|, the same, per newton of a force as large as the crosstalk's load."""
-        own = np.eye(self.known.size).reshape(2 * self.known.shape)
-        beside = self.mixing.copy()
-        beside[..., self._at] -= own
-        return np.asarray(self.crosstalk.finite_strain * self._through(beside))
+        """|M| e over the crosstalk's load, per newton of a force as large as that, (n, r, n, r) [N/N]."""
+        return _through(self.inverse, self.finite_strain / self.crosstalk.load)
 
     @property
     def by_unread(self) -> Array:
         """M B: what forces that a cell does not read make of those that are found, (n, r, n, 3) [N/N]."""
         found = np.einsum("irks,ksjw->irjw", self.inverse, self.mixing)
         found[..., self._at] = np.where(self.known, 0.0, found[..., self._at])
-        return found
+        return np.asarray(found)
 
     def forces(self, read: Array) -> tuple[Array, Array]:
         """Return the forces on cells, and their errors, of those that they read, each (..., n, r) [N].
@@ -106,12 +113,6 @@ class CellForces:
         """Where the forces that are read stand in `FORCES`."""
         return [FORCES.index(name) for name in self.reads]
 
-    def _through(self, off: Array) -> Array:
-        """Return |M| |dA|, (n, r, n, r), of dA (n, r, n, 3): by forces that are read."""
-        found = np.einsum("irks,ksjt->irjt", np.abs(self.inverse), np.abs(off[..., self._at]))
-        return np.where(self.known, found, 0.0)
-
-
 @checked_arguments
 @one_thread
 def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellForces:
@@ -120,7 +121,7 @@ def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> Cel
     Parameters
     ----------
     cells, tolerance, load
-        As of `cell_crosstalk`; the share of finite strain at the load counts in the errors of forces.
+        As of `cell_crosstalk`; the load is the size of forces whose finite strain is an error of those found.
 
     Returns
     -------
@@ -143,37 +144,56 @@ def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> Cel
     """
     began = time.process_time()
     found, (S, off), pad = crosstalk_by(cells, tolerance, load)
-    P, off_P = _in_place(found, S, off, pad, tolerance)
+    alone = {kind: _alone(found.cells, kind, tolerance) for kind in set(found.cells.kinds)}
+    pads = [alone[kind] for kind in found.cells.kinds]
+    P, off_P, H = _in_place(found, S, off, pad, pads)
     (X, off_X), known = np.nan_to_num([found.total, found.error]), np.isfinite(own_of(found.total)[..., 0])
     n, at = np.arange(len(known)), [FORCES.index(name) for name in found.reads]
     off_X[n[:, None], :, n[:, None], at] = 0.0  # in place a cell reads a newton on itself as one
     A = np.einsum("irs,isjw->irjw", P, X)
     D = np.einsum("irs,isjw->irjw", np.abs(P), off_X) + np.einsum("irs,isjw->irjw", off_P, np.abs(X))
-    made = CellForces(found, A, D, _inverse(A[..., at], known), time.process_time() - began)
+    strain = _finite_strain(found, S, H, pad, pads)
+    made = CellForces(found, A, D, strain, _inverse(A[..., at], known), time.process_time() - began)
     _check_resolved(made)
     return made
 
 
-def _in_place(found: CellCrosstalk, S: Array, off: Array, pad: CellsPad, tolerance: float) -> tuple[Array, Array]:
-    """Return P of the module docstring and its error, (n, r, r)."""
-    cells, at, limit = found.cells, places_of(found.reads), pad.levels.limit(pad.compliances)
-    alone = {kind: _alone(cells, kind, tolerance) for kind in set(cells.kinds)}
-    C, off_C = (np.stack([alone[kind][part] for kind in cells.kinds])[..., at] for part in (0, 1))
+def _in_place(
+    found: CellCrosstalk, S: Array, off: Array, pad: CellsPad, alone: Sequence[CellsPad]
+) -> tuple[Array, Array, Array]:
+    """Return P of the module docstring, its error, and H_i^-1, (n, r, r), by the pad of each cell alone."""
+    at, limit = places_of(found.reads), pad.levels.limit(pad.compliances)
+    only = [own.levels.limit(own.compliances) for own in alone]
+    C, off_C = (np.stack([each[0, :, 0][:, at] for each in part]) for part in (
+        [own.value for own in only], [own.error for own in only]
+    ))
     there, off_there = own_of(limit.value)[..., at], own_of(limit.error)[..., at]
     H = inverses(own_of(S) @ C)
     P = H @ own_of(np.einsum("irkp,kpjw->irjw", S, limit.value))[..., at]
     wrong = np.abs(own_of(S)) @ (off_there + off_C @ np.abs(P)) + own_of(off) @ np.abs(there - C @ P)
     beside = own_of(np.einsum("irkp,kpjw->irjw", off, np.abs(limit.value)))[..., at] - own_of(off) @ np.abs(there)
-    return P, np.abs(H) @ (wrong + beside)
+    return P, np.abs(H) @ (wrong + beside), H
 
 
-def _alone(cells: Cells, k: int, tolerance: float) -> tuple[Array, Array]:
-    """Return the compliance of a cell's target alone in the middle of the pad, and its error, (6, 6)."""
+def _alone(cells: Cells, k: int, tolerance: float) -> CellsPad:
+    """Return the pad with the target of a cell alone in its middle."""
     cell = cells.targets[k].model_copy(update={"centre": (0.0, 0.0)})
     only = {"targets": (cell,), "sensors": (cells.sensors[k],), "slots": (), "touch": None}
-    pad = cells_pad(cells.model_copy(update=only), tolerance)
-    limit = pad.levels.limit(pad.compliances)
-    return limit.value[0, :, 0], limit.error[0, :, 0]
+    return cells_pad(cells.model_copy(update=only), tolerance)
+
+
+def _finite_strain(
+    found: CellCrosstalk, S: Array, H: Array, pad: CellsPad, alone: Sequence[CellsPad]
+) -> Array:
+    """Return e of the module docstring by each force, (n, r, n, r); infinite where a second step is not bounded."""
+    n, r = H.shape[:2]
+    e, signs = np.zeros((n, r, n, r)), (found.load, -found.load)
+    for j, s, F in product(range(n), range(r), signs):
+        p, own = (each.steps(k, Wrench(**{found.reads[s]: F}))[1] for each, k in ((pad, j), (alone[j], 0)))
+        p[j] -= own[0]
+        by = np.einsum("irs,iskp,kp->ir", H, S, p) if np.all(np.isfinite(p)) else np.inf
+        e[:, :, j, s] = np.maximum(e[:, :, j, s], np.abs(by))
+    return e
 
 
 def _inverse(A: Array, known: Mask) -> Array:
@@ -183,6 +203,14 @@ def _inverse(A: Array, known: Mask) -> Array:
     singular = np.linalg.matrix_rank(square) < len(rows)
     found[np.ix_(rows, rows)] = np.inf if singular else np.linalg.inv(square)
     return found.reshape(*known.shape, *known.shape)
+
+
+def _through(M: Array, off: Array) -> Array:
+    """Return |M| |off|, each (n, r, n, r), zeros where M has none; infinite by what is."""
+    bounded = np.all(np.isfinite(off), axis=(0, 1))
+    size = np.einsum("irks,ksjt->irjt", np.abs(M), np.where(bounded, np.abs(off), 0.0))
+    own = np.einsum("irir->ir", M) != 0.0
+    return np.where(own[..., None, None] & own, np.where(bounded, size, np.inf), 0.0)
 
 
 def _check_resolved(found: CellForces) -> None:

@@ -98,4 +98,6 @@ def _words(off: Array) -> str:
     """Return errors (n, r, n, s) [N] of forces on the cell that is under a force, and on others, in words."""
     size = np.abs(off).max(axis=(1, 3))
     own = np.eye(len(size), dtype=bool)
+    if not np.all(np.isfinite(size)):
+        return "not bounded"
     return f"{1e3 * size[own].max():.3g} mN and {1e3 * size[~own].max():.3g} mN"
