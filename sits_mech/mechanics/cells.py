@@ -84,12 +84,14 @@ class CellsPad:
 
 @one_thread
 def cells_pad(
-    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None
+    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None,
+    most: int = len(FINENESS),
 ) -> CellsPad:
     """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
     Levels are added until the targets' own compliances are exact to `tolerance`, or what is `seen` (..., n, 6) of their
-    motions by the touch, of the largest. Raise ValueError where memory does not hold two levels, and as `spreads`.
+    motions by the touch, of the largest, or there are as many as `most`. Raise ValueError where memory does not
+    hold two levels, and as `spreads`.
     """
     asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
     scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
@@ -111,7 +113,7 @@ def cells_pad(
         """Whether the error is as asked."""
         return _relative_error(levels, found, force is not None, seen) <= asked
 
-    found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
+    found, _ = refine(levels, map(measured, range(len(levels))), enough, most)
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
 
