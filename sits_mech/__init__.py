@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from sits_mech.batch.run import open_sweep
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
+    from sits_mech.chain.cell_forces import cell_forces
     from sits_mech.chain.cells import cell_crosstalk, cell_touch
     from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model
@@ -35,16 +36,17 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Impedance", "Pose", "SceneError", "Sensor", "SolveFailed", "Wrench", "__version__", "adapt", "calibrate",
-    "catalogue", "cell_crosstalk", "cell_touch", "compare", "crosstalk", "design", "envelope", "export_calibration",
-    "gradient", "invert", "load_cells", "load_sensor", "magnetic_model", "mechanical_model", "open_sweep", "plan",
-    "quality", "read_calibration", "save_sensor", "sensitivity", "sensor_calibration", "show", "simulate", "slopes",
-    "spectrum", "sweep", "terminal_calibration", "touch_load",
+    "catalogue", "cell_crosstalk", "cell_forces", "cell_touch", "compare", "crosstalk", "design", "envelope",
+    "export_calibration", "gradient", "invert", "load_cells", "load_sensor", "magnetic_model", "mechanical_model",
+    "open_sweep", "plan", "quality", "read_calibration", "save_sensor", "sensitivity", "sensor_calibration", "show",
+    "simulate", "slopes", "spectrum", "sweep", "terminal_calibration", "touch_load",
 ]
 
 _HOMES = {
     "analysis.bench": ("sensor_calibration", "terminal_calibration"),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
+    "chain.cell_forces": ("cell_forces",),
     "chain.cells": ("cell_crosstalk", "cell_touch"),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),

@@ -420,10 +420,10 @@ def _python(code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_import_is_quiet_and_small() -> None:
-    """`import sits_mech` says nothing, shows at most 36 names, and leaves heavy leaves alone.
+    """`import sits_mech` says nothing, shows at most 37 names, and leaves heavy leaves alone.
 
     Twenty-four, `show` for notebooks, `open_sweep` for tables that grow and `terminal_calibration` for readings at
-    terminals, five for what the shell does with a calibration's folder, three for cells; `test_public_names.py` asks
+    terminals, five for what the shell does with a calibration's folder, four for cells; `test_public_names.py` asks
     for each.
     """
     heavy = "{'matplotlib', 'pyvista', 'vtk', 'gmsh', 'pygmsh', 'distributed', 'pint'}"
@@ -433,7 +433,7 @@ def test_import_is_quiet_and_small() -> None:
         "assert not found, found\n"
         "names = [name for name in dir(sits_mech) if not name.startswith('_')]\n"
         "names = getattr(sits_mech, '__all__', names)\n"
-        "assert len(names) <= 36, names\n"
+        "assert len(names) <= 37, names\n"
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 

@@ -38,7 +38,7 @@ import numpy as np
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.cell_fields import alone_at, cell_levers, signal_slopes
 from sits_mech.chain.propagation import signal_weights, unloaded_pose
-from sits_mech.mechanics.cells import cells_pad
+from sits_mech.mechanics.cells import CellsPad, cells_pad
 from sits_mech.quantities import WRENCH, Array, Mask
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.thermal import at_temperature
@@ -180,6 +180,11 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     >>> found.reads, round(float(found.total[0, 0, 1, 0]), 2)  # B pressed, A reads
     (('F_z',), -0.05)
     """
+    return crosstalk_by(cells, tolerance, load)[0]
+
+
+def crosstalk_by(cells: Cells, tolerance: float, load: float) -> tuple[CellCrosstalk, tuple[Array, Array], CellsPad]:
+    """Return the crosstalk, and what it is made of: S with its error, and the pad."""
     if not 0.0 < load < np.inf:
         raise SceneError(f"load: must be a press above 0 N; got {load:g} N")
     began = time.process_time()
@@ -190,13 +195,14 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     mechanical, total = limit.value
     C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
     least = np.abs(own_calibration(S, C, reads))
-    missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., _places(FORCES)]))
-    missed += np.einsum("irs,isjw->irjw", _own(missed)[..., read], np.abs(total))  # G_ii
+    missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., places_of(FORCES)]))
+    missed += np.einsum("irs,isjw->irjw", own_of(missed)[..., read], np.abs(total))  # G_ii
     error, strain = limit.error[1] + missed, pad.softening(load)
     flags, none = flags_of(float(error.max()), tolerance, bounded=np.isfinite(strain)), _not_read(weights)
     mechanical, magnetic, error = np.where(none[:, :, None, None], np.nan, [mechanical, total - mechanical, error])
     took = time.process_time() - began
-    return CellCrosstalk(cells, reads, mechanical, magnetic, error, load, strain, took, flags)
+    found = CellCrosstalk(cells, reads, mechanical, magnetic, error, load, strain, took, flags)
+    return found, (S, off), pad
 
 
 @checked_arguments
@@ -273,9 +279,9 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
 def _parts(S: Array, C: Array, reads: tuple[str, ...]) -> tuple[Array, Array]:
     """Return the mechanical crosstalk and the whole, (n, r, n, 3), by slopes of signals and a compliance."""
     whole = np.einsum("irkp,kpjw->irjw", S, C)
-    silicone = np.einsum("irp,ipjw->irjw", _own(S), C)
+    silicone = np.einsum("irp,ipjw->irjw", own_of(S), C)
     own = own_calibration(S, C, reads)
-    through, every = (np.einsum("irs,isjw->irjw", own, each[..., _places(FORCES)]) for each in (silicone, whole))
+    through, every = (np.einsum("irs,isjw->irjw", own, each[..., places_of(FORCES)]) for each in (silicone, whole))
     return through, every
 
 
@@ -299,18 +305,23 @@ def _not_read(weights: Array) -> Mask:
 
 def own_calibration(S: Array, C: Array, reads: tuple[str, ...]) -> Array:
     """Return G_ii^-1, what each cell makes of its signals, (n, r, r) [N/H]; zeros of forces that it does not read."""
-    G = _own(np.einsum("irkp,kpjw->irjw", S, C))[..., _places(reads)]
-    found, known = np.zeros_like(G), np.any(_own(S) != 0.0, axis=2)
-    for own, whole, rows in zip(found, G, known, strict=True):
+    return inverses(own_of(np.einsum("irkp,kpjw->irjw", S, C))[..., places_of(reads)])
+
+
+def inverses(G: Array) -> Array:
+    """Return the inverse of what each cell reads by forces on itself, (n, r, r); zeros of those that it does not."""
+    found = np.zeros_like(G)
+    for own, whole in zip(found, G, strict=True):
+        rows = np.any(whole != 0.0, axis=1)
         own[np.ix_(rows, rows)] = np.linalg.inv(whole[np.ix_(rows, rows)])
     return found
 
 
-def _own(of_pairs: Array) -> Array:
+def own_of(of_pairs: Array) -> Array:
     """Return what is of each cell itself, (n, r, m), of what is of all pairs, (n, r, n, m)."""
     return np.asarray(np.einsum("irim->irm", of_pairs))
 
 
-def _places(forces: Sequence[str]) -> list[int]:
+def places_of(forces: Sequence[str]) -> list[int]:
     """Return where forces stand in a wrench."""
     return [WRENCH.index(name) for name in forces]

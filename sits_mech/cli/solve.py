@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from sits_mech.cli.console import announcing, answer, deliver_picture, exit_code_of, kept_promise, solving, warn
+from sits_mech.cli.console import (
+    announcing,
+    answer,
+    deliver,
+    deliver_picture,
+    exit_code_of,
+    kept_promise,
+    solving,
+    warn,
+)
 from sits_mech.cli.options import (
     Accept,
     Best,
@@ -41,7 +50,9 @@ from sits_mech.status import flags_of
 from sits_mech.units import SceneError, frequency_range, quantity
 
 if TYPE_CHECKING:
+    from sits_mech.chain.cells import CellCrosstalk, CellTouch
     from sits_mech.quantities import Wrench
+    from sits_mech.scene.cells import Cells
     from sits_mech.scene.sensor import Sensor
 
 
@@ -243,28 +254,46 @@ def envelope(
 def cells(
     scene: Scene, *, tolerance: Tolerance = 1e-2,
     load: Annotated[Quantity | None, Parameter(
-        help="Force of the touch (default: touch.force); else a press for the share of finite strain (1 N)."
+        help="Force of the touch (default: touch.force); else of the press, and of --header, of finite strain (1 N)."
     )] = None,
-    picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
+    header: Annotated[Path | None, Parameter(help="C header to write: forces on cells by those that they read.")] =
+    None, picture: Picture = None, accept: Accept = False, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
     """What does a cell read when its neighbour is pressed, or what do all of a [touch]: several [[targets]] on one pad.
 
+    Of crosstalk --header writes sits_cell_forces(), which follows the sits_forces() of each cell (export --to c).
+
     Example: sits-mech cells fingertip.toml --set 'targets.B.centre.0="6 mm"' --picture cells.png
     """
-    from sits_mech.report.folder import checked_picture
+    from sits_mech.report.folder import checked_file, checked_picture
 
-    picture = picture and checked_picture(picture, "--picture")
+    picture, header = picture and checked_picture(picture, "--picture"), header and checked_file(header, "--header")
     press = None if load is None else quantity(load, "N", "--load")
 
-    from sits_mech.chain.cells import CellCrosstalk, CellTouch, cell_crosstalk, cell_touch
     from sits_mech.report.cells import cells_figure, cells_record, cells_tables
     from sits_mech.scene.cells import load_cells
 
-    given = load_cells(scene, overrides.all)
-    found: CellCrosstalk | CellTouch = (
-        cell_touch(given, tolerance, press) if given.touch is not None else
-        cell_crosstalk(given, tolerance, 1.0 if press is None else press)
-    )
+    found = _solved_cells(load_cells(scene, overrides.all), tolerance, press, header)
     answer(cells_record(found), cells_tables(found), as_json)
     deliver_picture(picture, lambda: cells_figure(found))
     return exit_code_of(found.flags[:1], accept)
+
+
+def _solved_cells(
+    given: Cells, tolerance: float, press: float | None, header: Path | None
+) -> CellCrosstalk | CellTouch:
+    """Return what cells read, of the touch where there is one; write the header of their forces where it is wanted."""
+    from sits_mech.chain.cell_forces import cell_forces
+    from sits_mech.chain.cells import cell_crosstalk, cell_touch
+    from sits_mech.export.cells import cells_header
+
+    if given.touch is not None:
+        if header is not None:
+            raise SceneError("touch must be left out with --header; it is there")
+        return cell_touch(given, tolerance, press)
+    least = 1.0 if press is None else press
+    if header is None:
+        return cell_crosstalk(given, tolerance, least)
+    found = cell_forces(given, tolerance, least)
+    deliver(cells_header(found, given.sensor.name), header)
+    return found.crosstalk

@@ -137,11 +137,11 @@ def header(source: Source, found: FixedPoint) -> str:
         low=_row(low), range=_row(high - low),
         rest=_row(np.rint(cal.forward(cal.rest)).astype(np.int64)), base=_row(found.base),
         register_rows=", ".join(f"{{0x{address:02X}, 0x{value:04X}}}" for address, _, value in registers),
-        power=_rows(found.power), ends=_row(found.ends), coefficient=_rows(found.coefficient),
+        power=c_rows(found.power), ends=_row(found.ends), coefficient=c_rows(found.coefficient),
         weight=_row(found.weight), tolerance=_row(found.tolerance), far=_row(found.far),
-        direction=_rows(found.direction), span=_rows(found.span), down=_row(found.down),
-        seed=_rows(found.seed), image=_rows(found.image), first=_row(found.first),
-        facet=_rows(found.facet), nodes=_row(found.nodes), valid=_row(found.valid), valid_bytes=len(found.valid),
+        direction=c_rows(found.direction), span=c_rows(found.span), down=_row(found.down),
+        seed=c_rows(found.seed), image=c_rows(found.image), first=_row(found.first),
+        facet=c_rows(found.facet), nodes=_row(found.nodes), valid=_row(found.valid), valid_bytes=len(found.valid),
     )
 
 
@@ -216,7 +216,7 @@ def _long(value: float) -> str:
     return f"INT64_C({round(value)})"
 
 
-def _rows(values: Integers) -> str:
+def c_rows(values: Integers) -> str:
     """Return a table as C writes it."""
     return ",\n".join(f"{{{_row(row)}}}" for row in values)
 

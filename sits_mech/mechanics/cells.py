@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -61,25 +61,37 @@ class CellsPad:
     @one_thread
     def softening(self, F_z: float) -> float:
         """Return Newton's second step of how far a press [N] moves a cell, over the first one; the largest of all."""
-        level, scales = cells_level(self.cells, self.levels.coarse), pad_scales(self.cells.sensor, 1.0)
-        none, found = np.zeros(level.body.mesh.nodes.size), []
-        for k in sorted(set(self.cells.kinds)):
-            P = np.zeros((len(self.cells.targets), 6))
-            P[k] = work_of_load(scales.load(Wrench(F_z=F_z)), 0.0, np.zeros(6))
-            q = level.flexibility @ P.ravel()
-            more = _second(self.cells, level, level.displaced(q, none), P.ravel(), none)
-            found.append(float(abs(more[6 * k + 1] / q[6 * k + 1])))
-        return max(found)
+        kinds = sorted(set(self.cells.kinds))
+        each = [(first[k, 1], more[k, 1]) for k in kinds for first, more in [self.steps(k, Wrench(F_z=F_z))]]
+        return max(float(abs(more / first)) for first, more in each)
+
+    @one_thread
+    def steps(self, k: int, wrench: Wrench) -> tuple[Array, Array]:
+        """Return Newton's first and second step of the poses under a wrench on cell k, (n, 6), on the coarsest mesh."""
+        level, n, scales = self._coarse, len(self.cells.targets), pad_scales(self.cells.sensor, 1.0)
+        P, none = np.zeros((n, 6)), np.zeros(level.body.mesh.nodes.size)
+        P[k] = work_of_load(scales.load(wrench), self.cells.plates[k].load_height / scales.thickness, np.zeros(6))
+        q = level.flexibility @ P.ravel()
+        more = _second(self.cells, level, level.displaced(q, none), P.ravel(), none)
+        first, second = (part.reshape(n, 6) * scales.lengths for part in (q, more))
+        return first, second
+
+    @cached_property
+    def _coarse(self) -> Level:
+        """The coarsest mesh, factored."""
+        return cells_level(self.cells, self.levels.coarse)
 
 
 @one_thread
 def cells_pad(
-    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None
+    cells: Cells, tolerance: float = 1e-2, force: float | None = None, seen: Array | None = None,
+    most: int = len(FINENESS),
 ) -> CellsPad:
     """Return the compliances of a scene's targets, and how its touch by a force [N] moves these.
 
     Levels are added until the targets' own compliances are exact to `tolerance`, or what is `seen` (..., n, 6) of their
-    motions by the touch, of the largest. Raise ValueError where memory does not hold two levels, and as `spreads`.
+    motions by the touch, of the largest, or there are as many as `most`. Raise ValueError where memory does not
+    hold two levels, and as `spreads`.
     """
     asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
     scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
@@ -101,7 +113,7 @@ def cells_pad(
         """Whether the error is as asked."""
         return _relative_error(levels, found, force is not None, seen) <= asked
 
-    found, _ = refine(levels, map(measured, range(len(levels))), enough, len(levels))
+    found, _ = refine(levels, map(measured, range(len(levels))), enough, most)
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
 

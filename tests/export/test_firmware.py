@@ -326,3 +326,17 @@ def test_what_has_no_header(source: Source, three_forces: Path, tmp_path: Path) 
         assert isinstance(case.data, xr.Dataset)
         with pytest.raises(ValueError, match=message):
             export(case, "c", tmp_path / "t.h")
+
+
+def test_headers_of_two_calibrations_in_one_file_are_an_error(program: Path, tmp_path: Path) -> None:
+    """The second one would be left out without a word."""
+    text = (program.parent / "table.h").read_text()
+    own = re.search(r"define SITS_ID UINT32_C\((\w+)\)", text)
+    assert own is not None
+    (tmp_path / "a.h").write_text(text)
+    (tmp_path / "b.h").write_text(text.replace(own[1], "0x12345678"))
+    for second in ("a", "b"):
+        (tmp_path / "main.c").write_text(f'#include "a.h"\n#include "{second}.h"\n')
+        syntax = [COMPILER, "-std=c99", "-fsyntax-only", "main.c"]
+        done = subprocess.run(syntax, cwd=tmp_path, capture_output=True, text=True)
+        assert ("one header of a calibration in a file" in done.stderr) == bool(done.returncode) == (second == "b")

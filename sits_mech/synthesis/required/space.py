@@ -31,6 +31,7 @@ _SILICONE = "elastomer.material"  # has no size
 _ROUND = 0.02  # of the bounds' distance, at most, from a round number to the next
 _NEAREST = 64  # round designs beside one
 _STEPS = (5.0, 2.0, 1.0)  # round numbers of a decade, coarse first
+_SPACING = ("pitch_x", "pitch_y")  # of a sweep over cells
 
 
 def size_of(sensor: Sensor) -> dict[str, float]:
@@ -179,6 +180,7 @@ def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
 
     Raises SceneError when a value leaves no possible scene, or choices are too many.
     """
+    _check_keys(table)
     lists = {key: tuple(item) for key, item in table.items() if isinstance(item, list)}
     variables = [Variable(key, *item) for key, item in table.items() if key not in lists]
     found = Space(sensor, tuple(variables), lists)
@@ -186,6 +188,13 @@ def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
         raise SceneError(f"vary: must leave at most {_MOST} choices of its lists; got more")
     _check_values(found)
     return found
+
+
+def _check_keys(table: Mapping[str, Any]) -> None:
+    """Refuse a pitch, which a scene of one cell does not have."""
+    for key in filter(_SPACING.__contains__, table):
+        raise SceneError(f'vary.{key}: must be a key of one cell, which design solves; a sweep with request = "cells" '
+                         f'finds a pitch by its limit; got {shown(table[key])}')
 
 
 def _check_values(space: Space) -> None:

@@ -72,6 +72,7 @@ def test_a_file_in_si(tmp_path: Path) -> None:
         (("tolerance", "modulus"), "60 %", "tolerance.modulus: must leave a sensor that is off by twice of it; got"),
         (("tolerance", "elastomer.thickness"), "1 mm", "elastomer.thickness: must leave a sensor .*off by twice"),
         (("vary", "elastomer.thickness"), {"from": 0.0, "to": 0.002}, "vary.elastomer.thickness: 0.0 must leave"),
+        (("vary", "pitch_x"), {"from": "9 mm", "to": "14 mm"}, 'vary.pitch_x: must be .* request = "cells"'),
         (("goal", "minimise"), "hysteresis", "goal: hysteresis needs prony or mullins"),
         (("goal", "minimise"), "error.F_y", "goal.minimise: must be one of"),
         (("goal", "yield"), "110 %", "goal.yield: must be a share"),
