@@ -22,7 +22,8 @@ those loads is taken everywhere.
 
 The loads are the one that moves all components most, so that none of their kind lies beyond, and the one that moves
 them in the most different proportion, of those that move it between a half and three quarters as much, where finer
-answers are cheaper; next ones where a finer mesh does not get there. Where all go in one proportion one load does.
+answers are cheaper; next ones where a finer mesh does not get there. Where all go in one proportion one load does. In
+space none in contact, guarded or creased: third meshes rest late there and own to more (13 um for 11 under 1 N, 4 N).
 
 Source: D. Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517, the weights; multi-fidelity correction, A. I. J.
 Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3; effectivity of error estimates, M. Ainsworth, J. T.
@@ -64,7 +65,7 @@ def corrected_loads(
     way = (poses - at_rest) * levers
     size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
-    open_to = [k for k, rest in enumerate(rests) if rest.state.size and moved[k] and errors[k].any()]
+    open_to = [k for k, rest in enumerate(rests) if moved[k] and errors[k].any() and _comparable(rest)]
     chosen, wanted = _telling(way, open_to)
     fine: dict[int, Equilibrium] = {}
     for k in chosen[: 2 * wanted]:
@@ -124,6 +125,11 @@ def _beyond_compared(errors: Array, way: Array, fine: list[int]) -> Array:
 def _beyond(rests: Iterable[Equilibrium]) -> Array:
     """Return the stretches of layers at rest less 1, NaN where they are not known."""
     return np.array([rest.report.stretch for rest in rests], dtype=float) - 1.0
+
+
+def _comparable(rest: Equilibrium) -> bool:
+    """Whether finer meshes rest in time and show more: in space those of the free family, unless rims crease."""
+    return rest.state.size > 0 and (rest.report.model != "block" or not (rest.report.creased or rest.state[0] > 0.0))
 
 
 def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:

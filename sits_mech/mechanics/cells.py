@@ -156,8 +156,9 @@ def _levels(cells: Cells) -> Levels:
 def cells_level(cells: Cells, body: Bonded) -> Level:
     """Return one mesh of a pad to be solved for the motions of its targets."""
     shapes = np.zeros((*body.bonded.shape, len(cells.targets), 6))
-    for k, (on, X) in enumerate(_on_targets(cells, body)):
-        shapes[on, :, k] = bonded_tangent(X, np.zeros(6))
+    for k, own in enumerate(scaled_ends(cells)):
+        on = inside_of(own, body.X)
+        shapes[on, :, k] = bonded_tangent(body.X[on] - [*own.mean(axis=0), 0.0], np.zeros(6))
     covered = covering(cells.sensor)
     return Level(body, shapes.reshape(*body.bonded.shape, -1), 1.0 if covered is None else covered.levels[1])
 
@@ -199,9 +200,3 @@ def _compliance(cells: Cells, level: Level) -> Array:
         work = np.stack([work_of_load(unit, plate.load_height / t, np.zeros(6)) for unit in np.eye(6)], axis=1)
         C[:, :, k] = C[:, :, k] @ (work / scales.loads)
     return np.asarray(C * scales.lengths[:, None, None])
-
-
-def _on_targets(cells: Cells, body: Bonded) -> list[tuple[Mask, Array]]:
-    """Return of each target which bonded nodes are its own, and these from its centre."""
-    each = [(inside_of(own, body.X), np.append(own.mean(axis=0), 0.0)) for own in scaled_ends(cells)]
-    return [(on, body.X[on] - centre) for on, centre in each]

@@ -34,7 +34,7 @@ from sits_mech.status import OK
 from sits_mech.store import Row, case_path, finish, read_case
 from sits_mech.version import __version__
 
-_KEPT_OF_REPORT = ("model", "unknowns", "iterations", "estimated_error", "notes", "min_J", "stretch")
+_KEPT_OF_REPORT = ("model", "unknowns", "iterations", "estimated_error", "notes", "min_J", "stretch", "creased")
 _FAR, _CREASED = 8.0, 0.5  # sum of weights, 7 for the next of three; J below which rims rest in more than one way
 _ORDER = ("M_z", "M_x", "F_y", "M", "F_x", "F_z")  # of a load's components in the walk, the last running fastest
 

@@ -83,6 +83,20 @@ def test_a_change_that_is_a_share_of_what_is_added_is_found_from_two_loads():
     for load in seen:
         np.testing.assert_allclose(errors(found[load])[:3], left, rtol=1e-3)
 
+@pytest.mark.parametrize("model", ["block", "planar"])
+def test_in_space_loads_in_contact_or_with_creased_rims_are_not_compared(model):
+    """Of the free family (state 0) alone, next ones in their place; sections are compared all the same."""
+    before = rows_of(*GRID)
+    for load, one in before.items():
+        report = replace(one.rest.report, model=model, creased=load.F_z == 4.0)
+        state = one.rest.state + (2.0 if load.F_x == 1.0 else 0.0)
+        before[load] = replace(one, rest=replace(one.rest, report=report, state=state))
+    finer, seen = finer_by(lambda load: SHARE * added(load))
+    corrected_loads(before, finer, LEVERS, AT_REST)
+    plain = [load.F_x < 1.0 and load.F_z < 4.0 for load in seen]
+    assert seen and (all(plain) if model == "block" else seen[0] == Wrench(1.0, 4.0))
+
+
 def test_beyond_a_compared_load_errors_grow_by_the_squares_of_displacements():
     """Of an angle by those of the farthest; more where the first meshes own to more than in proportion."""
     way = np.array([[1.0, 0.3, 0.4, 0, 0, 0], [2.0, 0.3, 0.5, 0, 0, 0], [0.5, 0.3, 0.1, 0, 0, 0]])

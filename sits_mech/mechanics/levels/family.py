@@ -33,8 +33,8 @@ layer, too (0.30, 0.32; 0.37, 0.46), as much again is its error:
 
     y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (sink/t)**2,   c = 8 * 16/3, some 50, in space.
 
-So does the share of the worst component's error that all own to, twice: by the term and by its error. (The tilt of
-`biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29 and 0.44 of it off; shares are 0.26, 0.30 and 0.45.)
+So does the share of the worst component's error that all own to, twice: by the term and by its error, up to the whole.
+(The tilt of `biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29, 0.44 of it off; shares are 0.26, 0.30, 0.45.)
 
 By c = 0 true errors are up to 3.7 times the estimated ones on the third and the fourth level of ten of those pads that
 sink by 0.05 t and more; by 50 they are 0.1 to 0.85 on the five discs whose references are sure enough. (In the plane
@@ -170,7 +170,7 @@ class Levels:
 
     def least_share(self, sink: float) -> float:
         """Return of the worst component's error what each has at least, of a target that sinks [thicknesses]."""
-        return self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2
+        return min(1.0, self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2)
 
     def early(self, values: Sequence[Array], along: Mask, *, pressed: bool) -> Limit:
         """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.

@@ -134,9 +134,8 @@ def _on(
             tried.append(second_look(line, number, start, control, looks[number], smallest))
             if tried[-1].part == 1.0:
                 return tried[-1]
-    for number in (each for each in numbers if eliminates(line, each, looks[each])):
-        there = from_first(line, number, control, looks[number])
-        if there is not None:
+    for number, look in looks.items():
+        if eliminates(line, number, look) and (there := from_first(line, number, control, look)) is not None:
             return there
     if looks[numbers[-1]].reached == 1.0:
         return max(tried, key=lambda each: each.part)
@@ -153,10 +152,8 @@ def _beyond(
     `farthest` is the second look that was taken.
     """
     for number, look in looks.items():
-        own = number == farthest.number
-        pair = farthest if own else second_look(line, number, start, control, look, _SMALLEST[1])
-        there = beyond_first(line, control, pair) if pair.second.reached == 1.0 else None
-        if there is not None:
+        pair = farthest if number == farthest.number else second_look(line, number, start, control, look, _SMALLEST[1])
+        if pair.second.reached == 1.0 and (there := beyond_first(line, control, pair)) is not None:
             return there
     return None
 
@@ -175,7 +172,7 @@ def _faces(line: Line, pair: Pair) -> FaceContact:
 def _in_contact(line: Line, free: Pair, start: Equilibrium | None, control: Control) -> Solved:
     """Return the last equilibrium with contact; of a load not reached with it that without, with its whole error."""
     without = refined_answer(replace(line, deepest=min(line.deepest, 2)), free, control)
-    begin = _softly(line, without.found, control) if free.part == 1.0 else start
+    begin = (_softly(line, without.found, control) if free.part == 1.0 else None) or start
     pair = _on(line, line.last, begin, control)
     if pair.part < free.part:
         return _without_contact(line, without)
@@ -183,8 +180,8 @@ def _in_contact(line: Line, free: Pair, start: Equilibrium | None, control: Cont
     return _with_depth(line, without.found, solved) if free.part == 1.0 and _faces(line, pair).held else solved
 
 
-def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
-    """Return a start with contact from an equilibrium without, on the same meshes, with contact let in softly."""
+def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium | None:
+    """Return a start with contact let in softly, from an equilibrium without on the same meshes; None if it is lost."""
     twin = int(found.state[0]) + PAIR
     family = line[twin]
     states, (held, goal) = [], aim(family.fine, line.scales, control)
@@ -193,7 +190,9 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium:
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
             path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
-            here = advance(soft, here, path, smallest=1.0).state
+            if (ended := advance(soft, here, path, smallest=1.0)).reason:
+                return None
+            here = ended.state
         states.append(pack_state(here))
     return replace(found, state=np.concatenate([[twin], *states]))
 

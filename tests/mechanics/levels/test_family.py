@@ -95,6 +95,13 @@ def test_edges_that_a_press_opens_add_more_and_are_less_sure():
     np.testing.assert_allclose([pulled.value, pulled.error], [plain.value, plain.error])
 
 
+def test_no_component_owns_to_more_than_the_worst():
+    """However far a target sinks: what a press adds to the worst is in its own error."""
+    levels = family("box")
+    assert levels.least_share(0.05) == pytest.approx(levels.share * (1.0 + 50.0 * 0.05**2) ** 2)
+    assert levels.least_share(0.2) == 1.0
+
+
 @pytest.mark.parametrize(("width", "factor"), [(15.0, 1.0), (20.0, 2.0)])
 def test_two_levels_own_to_terms_that_cancel(width, factor):
     """Along z twice what is added, sideways once within a face; values that agree own to 0.03 of an edge's term."""

@@ -5,6 +5,7 @@ import pytest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.newton import MOST, affordable
+from sits_mech.mechanics.equilibrium.outcome import Outcome, PathEnd
 from sits_mech.mechanics.levels import settle
 from sits_mech.mechanics.levels.pair import first_look
 from sits_mech.memory import SECONDS
@@ -47,6 +48,20 @@ def test_no_cells_are_eliminated_where_contact_is_tried_next():
         line, control = block_pad(load_sensor("biorob2018", [*scene, *more]), 1e-2).half, under(Wrench(0.7, 0.9))
         look = first_look(line, 0, None, control)
         assert look.reached == 1.0 and settle.eliminates(line, 0, look) is eliminated
+
+
+def test_contact_that_does_not_rest_while_it_is_soft_starts_anew(monkeypatch):
+    """At once: of `thin_pad` at 1605 N the way on from there took 56 of 177 iterations, in vain."""
+    pad, asked = block_pad(load_sensor("biorob2018"), 1e-2), []
+
+    def lost(body, start, *_, **__):
+        asked.append(body)
+        return Outcome(start, 0.0, PathEnd.LOST)
+
+    found = pad.rough.equilibrium(Wrench(F_z=0.1))
+    monkeypatch.setattr(settle, "advance", lost)
+    assert settle._softly(pad.half, found, under(found.wrench)) is None
+    assert len(asked) == 1 and asked[0].parts
 
 
 def test_a_path_takes_its_share_of_the_limit_of_time(monkeypatch):
