@@ -132,11 +132,22 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
         marks += [np.full(size, number), np.full(size * (len(rings) - 1), -1)]
         inner.append(base[-1] + here)
         total += size * len(rings)
+    ring, parts = np.vstack(nodes), grading.parts
+    found = _triangulated([ring[each[::parts]] for each in inner], replace(grading, parts=1))
+    if found is None:
+        return None
+    points, triangles = _divided(*found, parts, [each.size // parts for each in inner])
     border = np.concatenate(inner)
-    ring = np.vstack(nodes)
-    cores = [ring[i] for i in inner]
-    lattice = _lattice(cores, grading)
-    points = np.vstack([ring[border], lattice])
+    number_of = np.concatenate([border, total + np.arange(len(points) - border.size)])
+    cells.append(number_of[np.column_stack([triangles, triangles[:, 2]])])
+    every = np.vstack([ring, points[border.size :]])
+    loop_of = np.concatenate([*marks, np.full(len(every) - total, -1)])
+    return CellPlan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+
+
+def _triangulated(cores: list[Array], grading: Grading) -> tuple[Array, Integers] | None:
+    """Return points, those of the cores' rims first, and triangles of what is inside; None if rims cut these."""
+    points = np.vstack([*cores, _lattice(cores, grading)])
     from scipy.spatial import Delaunay
     simplices = Delaunay(points).simplices
     corners = points[simplices]
@@ -146,12 +157,35 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
     simplices = np.where((area > 0)[:, None], simplices, simplices[:, ::-1])[np.abs(area) > 1e-12 * np.abs(area).max()]
     if abs(np.abs(area).sum() / 2 - sum(signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
         return None
-    number_of = np.concatenate([border, total + np.arange(lattice.shape[0])])
-    triangles = number_of[simplices]
-    cells.append(np.column_stack([triangles, triangles[:, 2]]))
-    loop_of = np.concatenate([*marks, np.full(lattice.shape[0], -1)])
-    every = np.vstack([ring, lattice])
-    return CellPlan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+    return points, simplices
+
+
+def _divided(points: Array, simplices: Integers, parts: int, rims: list[int]) -> tuple[Array, Integers]:
+    """Return nodes and triangles, where each side of some triangles is divided into so many even parts.
+
+    Nodes along rims of some numbers of corners come first, in their order.
+    """
+    j, i = (each.ravel() for each in np.meshgrid(*2 * [np.arange(parts + 1)]))
+    i, j = i[i + j <= parts], j[i + j <= parts]
+    place = np.full((parts + 2, parts + 2), -1)
+    place[i, j] = np.arange(i.size)
+    up, down = i + j < parts, i + j < parts - 1
+    a, b, c, d = place[i, j], place[i + 1, j], place[i, j + 1], place[i + 1, j + 1]
+    small = np.vstack([np.column_stack([a, b, c])[up], np.column_stack([b, d, c])[down]])
+    corner, steps, first = list[Integers](), np.arange(parts), 0
+    for size in rims:
+        here = first + np.arange(size)
+        corner.append(np.column_stack([here, np.roll(here, -1), np.roll(here, -1)]).repeat(parts, axis=0))
+        first += size
+    weights = np.vstack([np.tile(np.column_stack([parts - steps, steps, 0 * steps]), (first, 1)),
+                         np.tile(np.column_stack([parts - i - j, i, j]), (len(simplices), 1))])
+    corners = np.vstack([*corner, simplices.repeat(i.size, axis=0)])
+    keys = np.sort(np.where(weights > 0, corners * (parts + 1) + weights, -1), axis=1)
+    _, one, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(one)  # as they come
+    number = np.argsort(order)[which.ravel()][first * parts :]
+    nodes = np.einsum("nk,nkd->nd", weights[one[order]] / parts, points[corners[one[order]]])
+    return nodes, number.reshape(len(simplices), -1)[:, small].reshape(-1, 3)
 
 
 def _offset(loop: Array, depth: float) -> Array:
@@ -221,12 +255,16 @@ def _neighbours(loops: list[Array]) -> Mask:
 
 
 def _lattice(cores: list[Array], grading: Grading) -> Array:
-    """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
+    """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border.
+
+    Nor within the circle of which a piece of the border is a diameter: all of these are sides of Delaunay's triangles.
+    """
     low, high = cores[0].min(0), cores[0].max(0)
     from scipy.spatial import cKDTree
     border, found = cKDTree(np.vstack(cores)), [np.empty((0, 2))]
-    length = sum(np.linalg.norm(core - np.roll(core, 1, axis=0), axis=1).sum() for core in cores)
-    width = 2.0 * sum(map(signed_area, cores)) / length
+    start, end = edges(cores)
+    radii = np.linalg.norm(end - start, axis=1) / 2.0
+    width = sum(map(signed_area, cores)) / radii.sum()
     for level in range(_LEVELS):
         spacing = min(_TRIANGLE * grading.largest, _ROWS * width) * 2.0**level / grading.parts
         rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
@@ -236,7 +274,9 @@ def _lattice(cores: list[Array], grading: Grading) -> Array:
         doublings = np.log2(grading.size(np.abs(points).max(axis=1, initial=0.0)) / grading.largest)
         points = points[(np.floor(doublings) == level) & inside_loops(cores, points)]
         distance, _ = border.query(points) if points.size else (np.zeros(0), None)
-        found.append(points[distance > _OFF * spacing])
+        points = points[distance > _OFF * spacing]
+        within = cKDTree(points).query_ball_point((start + end) / 2.0, radii * (1.0 + 1e-6))
+        found.append(np.delete(points, np.unique(np.concatenate(within).astype(int)), axis=0))
         if doublings.size == 0 or doublings.max() < level + 1:
             break
     return np.vstack(found)
