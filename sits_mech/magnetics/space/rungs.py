@@ -167,8 +167,8 @@ class ImpedanceLimit:
     error holds half of what is between; close to coils all faces are as rims. Crowded current at a corner of an angle w
     in the metal is as singular as its field, and errors fall like h^(2 pi / w): what that is more than h^2 is error too
     (`corners`: the least of these orders, at most 2). Where one sheet a half begins the levels across, which is of no
-    family, their whole rest is its error; where cells are few, that of all levels at least. Two parts a cell, of which
-    the next term may vanish by chance, own to |rest| / m^2 at least: 1.4 times |rest| / n^2 was seen.
+    family, their whole rest is its error; where cells are few, that of all levels at least. From two parts on, and close
+    to coils, the next term may vanish by chance: |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
     """
 
     rung: PlateRung
@@ -228,7 +228,8 @@ class ImpedanceLimit:
             z, error_z = extrapolated_rest(d[2], d[3], rung.across, _ORDER)
             between = x - remainder(rung.along, _ORDER + faster) * d[1]
             own = share * error_x + _BETWEEN * np.abs(between) + close * skin * np.abs(x) + corner * np.abs(d[1])
-            own = np.maximum(own, np.abs(x) / m**2 * (m < 3)) + np.maximum(error_z, np.abs(z) * (rung.across[0] == 1))
+            own = np.maximum(own, np.abs(x) / m**2 * (m < 3 or self.close))
+            own = own + np.maximum(error_z, np.abs(z) * (rung.across[0] == 1))
             if rung.few:
                 own = np.maximum(own, np.abs(x) + np.abs(z))
             found.append(own + sum(map(np.abs, d[4:])) + (_LEFT + rim) * np.abs(value))

@@ -74,6 +74,15 @@ def test_levels_from_two_parts_on_tell_a_quarter_of_their_rest(
     assert error.real > left and error.imag > left
 
 
+def test_close_to_coils_a_next_term_that_vanishes_by_chance_promises_nothing() -> None:
+    """Of a foil 0.054 mm over a coil at 5.5 kHz levels 4, 5, 6 show their limit 3.5e-4 off Delta L; 1.9e-4 was told."""
+    m4, m5, m6 = 1.0 - 1.33728e-2, 1.0 - 8.7437e-3, 1.0 - 6.2061e-3
+    Z = [np.array([[1j * level]]) for level in (m6, m5, m4, m4, m4)]
+    limits = [ImpedanceLimit(PlateRung((4, 5, 6), (3, 4, 5), 7.0), 0.02, 0.015, close) for close in (False, True)]
+    far, close = (limit.errors(limit.forms(Z)).item().imag for limit in limits)
+    assert far < abs(limits[1].forms(Z)[0].item().imag - 1.0) < close
+
+
 def test_one_sheet_a_half_begins_no_family() -> None:
     """Levels across on a line of order 2 have no next term; all of their rest is the error where the first is one."""
     for across, left in (((1, 2, 3), 0.2 / 9.0), ((2, 3, 4), 0.0)):
