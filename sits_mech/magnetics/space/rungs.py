@@ -164,11 +164,11 @@ class ImpedanceLimit:
     whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
     square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
     that of R falls much faster in few cells, less than four parts, that of L, but close to coils, between both: the
-    error holds half of what is between; close to coils all faces are as rims. Crowded current at a corner of an angle w
-    in the metal is as singular as its field, and errors fall like h^(2 pi / w): what that is more than h^2 is error too
-    (`corners`: the least of these orders, at most 2). Where one sheet a half begins the levels across, which is of no
-    family, their whole rest is its error; where cells are few, that of all levels at least. From two parts on, and close
-    to coils, the next term may vanish by chance: |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
+    error holds half of what is between; close to coils all faces are as rims. Where current crowds at a corner of an
+    angle w in the metal, errors fall like h^(2 pi / w): what that is more than h^2 is error (`corners`, least order).
+    Where one sheet a half begins the levels across, which is of no family, their whole rest is its error; where cells
+    are few, that of all levels at least. From two parts on, and close to coils, the next term may vanish by chance:
+    |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
     """
 
     rung: PlateRung
@@ -222,15 +222,14 @@ class ImpedanceLimit:
         if self.close:
             shown, rims = _SAFETY, (_RIM[0] * self.thick, _RIM[1] * self.thick)
         orders, shares = (_FASTER[0] * few, _FASTER[1] * k * (not self.close)), (shown * (1.0 - few), shown)
+        least = max(rung.few, (self.close or m == 2) / m**2)
         parts = [Z.real for Z in forms], [Z.imag for Z in forms]
         for (value, *d), faster, share, rim, close in zip(parts, orders, shares, rims, _CLOSE, strict=True):
             x, error_x = extrapolated_rest(d[0], d[1], rung.along, _ORDER)
             z, error_z = extrapolated_rest(d[2], d[3], rung.across, _ORDER)
             between = x - remainder(rung.along, _ORDER + faster) * d[1]
             own = share * error_x + _BETWEEN * np.abs(between) + close * skin * np.abs(x) + corner * np.abs(d[1])
-            own = np.maximum(own, np.abs(x) / m**2 * (m < 3 or self.close))
             own = own + np.maximum(error_z, np.abs(z) * (rung.across[0] == 1))
-            if rung.few:
-                own = np.maximum(own, np.abs(x) + np.abs(z))
+            own = np.maximum(own, least * np.abs(x) + rung.few * np.abs(z))
             found.append(own + sum(map(np.abs, d[4:])) + (_LEFT + rim) * np.abs(value))
         return found[0] + 1j * found[1]
