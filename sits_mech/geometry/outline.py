@@ -2,13 +2,15 @@
 
 Along every rim the cells are quadrilaterals between the polygon and its offsets inwards, graded like those of a
 rectangle; each offset edge is divided evenly, so that mitres take care of corners. What is left inside is
-triangulated (Delaunay, on a triangular lattice). The narrowest metal bounds the depth of the quadrilaterals along all
-rims; where that is little, all cells are smaller.
+triangulated (Delaunay, on a triangular lattice) by the largest cells; pieces of a rim that are no sides are halved. All
+are then divided into even parts, which are levels of one family. The narrowest metal bounds the depth of the
+quadrilaterals along all rims; where that is little, all cells are smaller.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from sits_mech.scene.sensor import Conductor, Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal
 _SHALLOW, _HALVED = 14.0, 0.5  # largest cell over that depth, but no smaller than a share of what is asked
-_TRIES = 4  # divisions of the rims, each twice as fine as the one before
+_TRIES = 8  # times at most that pieces of rims are halved
 _TRIANGLE = 1.3  # lattice spacing over the largest side of a quadrilateral
 _ROWS = 1.4  # the same at most, of a part, over the mean width that rims leave: two rows across in three parts
 _LEVELS = 12  # of the lattice, each twice as coarse
@@ -48,6 +50,16 @@ class Outline:
 def target_outline(target: Target | Conductor) -> Outline:
     """Return the outline of a target, or of a fixed plate from its own middle."""
     return Outline(target.loops) if target.loops else _simple_outline(target.extent, target.is_round)
+
+
+def widest_angle(part: Target | Conductor) -> float:
+    """Return the largest angle at a corner of a plate, inside its metal [rad]."""
+    found = 0.0
+    for loop in target_outline(part).turned:
+        before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
+        cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        found = max(found, float(np.pi - np.arctan2(cross, (before * after).sum(axis=1)).min()))
+    return found
 
 
 def fixed_loops(part: Conductor, up: float = 0.0) -> list[Array]:
@@ -102,27 +114,40 @@ def outline_plan(outline: Outline, grading: Grading) -> CellPlan:
     grading = replace(grading, largest=smaller)
     rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.parts)
     layers = depth - graded_axis(depth, rim)
-    coarse = [_shares(loop, grading) for loop in loops]
-    for attempt in range(_TRIES):
-        n = grading.parts * 2**attempt  # even parts of every piece of an edge, without its end
-        shares = [[np.interp(np.arange(n * (e.size - 1)) / n, np.arange(e.size), e) for e in loop] for loop in coarse]
-        plan = _assembled(loops, shares, layers[::-1], grading)
-        if plan is not None:
-            return plan
+    cores, shares = [_offset(loop, depth) for loop in loops], [_shares(loop, grading) for loop in loops]
+    for _ in range(_TRIES):
+        points, simplices, cut = _triangulated(list(map(_along, cores, shares)), replace(grading, parts=1))
+        if not cut.any():
+            return _assembled(loops, shares, layers[::-1], grading.parts, (points, simplices))
+        halved = iter(cut.tolist())
+        shares = [[_halved(e, [next(halved) for _ in e[1:]]) for e in share] for share in shares]
     raise ValueError("outline: could not be triangulated; rims must not touch and corners must not be needle-sharp")
 
 
-def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, grading: Grading) -> CellPlan | None:
-    """Return rim quadrilaterals and inner triangles; None if the triangles do not fit the quadrilaterals."""
+def _halved(share: Array, some: list[bool]) -> Array:
+    """Return where an edge is divided when some of its pieces are halved."""
+    after = np.flatnonzero(some) + 1
+    return np.insert(share, after, (share[after] + share[after - 1]) / 2.0)
+
+
+def _along(loop: Array, share: list[Array], parts: int = 1) -> Array:
+    """Return nodes along a polygon whose edges are divided somewhere, each piece into so many even parts."""
+    each = [np.interp(np.arange(parts * (e.size - 1)) / parts, np.arange(e.size), e) for e in share]
+    ends = zip(loop, np.roll(loop, -1, axis=0), each, strict=True)
+    return np.vstack([a + (b - a) * part[:, None] for a, b, part in ends])
+
+
+def _assembled(
+    loops: list[Array], shares: list[list[Array]], layers: Array, parts: int, inside: tuple[Array, Integers]
+) -> CellPlan:
+    """Return rim quadrilaterals and inner triangles, divided into parts."""
     nodes: list[Array] = []
     cells: list[Integers] = []
     marks: list[Integers] = []
     inner: list[Integers] = []
     total = 0
     for number, (loop, share) in enumerate(zip(loops, shares, strict=True)):
-        bent = [_offset(loop, depth) for depth in layers]
-        edges = [zip(ring, np.roll(ring, -1, axis=0), share, strict=True) for ring in bent]
-        rings = [np.vstack([a + (b - a) * part[:, None] for a, b, part in each]) for each in edges]
+        rings = [_along(_offset(loop, depth), share, parts) for depth in layers]
         size = rings[0].shape[0]
         base = total + size * np.arange(len(rings))
         here = np.arange(size)
@@ -132,26 +157,57 @@ def _assembled(loops: list[Array], shares: list[list[Array]], layers: Array, gra
         marks += [np.full(size, number), np.full(size * (len(rings) - 1), -1)]
         inner.append(base[-1] + here)
         total += size * len(rings)
+    points, triangles = _divided(*inside, parts, [each.size // parts for each in inner])
     border = np.concatenate(inner)
-    ring = np.vstack(nodes)
-    cores = [ring[i] for i in inner]
-    lattice = _lattice(cores, grading)
-    points = np.vstack([ring[border], lattice])
+    number_of = np.concatenate([border, total + np.arange(len(points) - border.size)])
+    cells.append(number_of[np.column_stack([triangles, triangles[:, 2]])])
+    every = np.vstack([*nodes, points[border.size :]])
+    loop_of = np.concatenate([*marks, np.full(len(every) - total, -1)])
+    return CellPlan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+
+
+def _triangulated(cores: list[Array], grading: Grading) -> tuple[Array, Integers, Mask]:
+    """Return points, those of the cores' rims first, triangles inside, and which sides of rims are of none."""
+    points = np.vstack([*cores, _lattice(cores, grading)])
     from scipy.spatial import Delaunay
     simplices = Delaunay(points).simplices
-    corners = points[simplices]
-    simplices = simplices[inside_loops(cores, corners.mean(1))]
-    corners = points[simplices]
-    area = 2.0 * signed_area(corners)
+    starts, count = np.cumsum([0, *map(len, cores)]), len(points)
+    rims = [np.arange(a, b) for a, b in pairwise(starts)]
+    here, ahead = np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
+    sides = np.sort(np.stack([simplices, np.roll(simplices, -1, axis=1)]), axis=0)
+    cut = ~np.isin(np.minimum(here, ahead) * count + np.maximum(here, ahead), sides[0] * count + sides[1])
+    simplices = simplices[inside_loops(cores, points[simplices].mean(1))]
+    area = 2.0 * signed_area(points[simplices])
     simplices = np.where((area > 0)[:, None], simplices, simplices[:, ::-1])[np.abs(area) > 1e-12 * np.abs(area).max()]
-    if abs(np.abs(area).sum() / 2 - sum(signed_area(core) for core in cores)) > 1e-9 * np.abs(area).sum():
-        return None
-    number_of = np.concatenate([border, total + np.arange(lattice.shape[0])])
-    triangles = number_of[simplices]
-    cells.append(np.column_stack([triangles, triangles[:, 2]]))
-    loop_of = np.concatenate([*marks, np.full(lattice.shape[0], -1)])
-    every = np.vstack([ring, lattice])
-    return CellPlan(every, np.vstack(cells), loop_of, np.eye(2)[None], np.ones((1, 1), complex), np.ones(1))
+    return points, simplices, cut
+
+
+def _divided(points: Array, simplices: Integers, parts: int, rims: list[int]) -> tuple[Array, Integers]:
+    """Return nodes and triangles, where each side of some triangles is divided into so many even parts.
+
+    Nodes along rims of some numbers of corners come first, in their order.
+    """
+    j, i = (each.ravel() for each in np.meshgrid(*2 * [np.arange(parts + 1)]))
+    i, j = i[i + j <= parts], j[i + j <= parts]
+    place = np.full((parts + 2, parts + 2), -1)
+    place[i, j] = np.arange(i.size)
+    up, down = i + j < parts, i + j < parts - 1
+    a, b, c, d = place[i, j], place[i + 1, j], place[i, j + 1], place[i + 1, j + 1]
+    small = np.vstack([np.column_stack([a, b, c])[up], np.column_stack([b, d, c])[down]])
+    corner, steps, first = list[Integers](), np.arange(parts), 0
+    for size in rims:
+        here = first + np.arange(size)
+        corner.append(np.column_stack([here, np.roll(here, -1), np.roll(here, -1)]).repeat(parts, axis=0))
+        first += size
+    weights = np.vstack([np.tile(np.column_stack([parts - steps, steps, 0 * steps]), (first, 1)),
+                         np.tile(np.column_stack([parts - i - j, i, j]), (len(simplices), 1))])
+    corners = np.vstack([*corner, simplices.repeat(i.size, axis=0)])
+    keys = np.sort(np.where(weights > 0, corners * (parts + 1) + weights, -1), axis=1)
+    _, one, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(one)  # as they come
+    number = np.argsort(order)[which.ravel()][first * parts :]
+    nodes = np.einsum("nk,nkd->nd", weights[one[order]] / parts, points[corners[one[order]]])
+    return nodes, number.reshape(len(simplices), -1)[:, small].reshape(-1, 3)
 
 
 def _offset(loop: Array, depth: float) -> Array:
@@ -221,12 +277,16 @@ def _neighbours(loops: list[Array]) -> Mask:
 
 
 def _lattice(cores: list[Array], grading: Grading) -> Array:
-    """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border."""
+    """Return points of a triangular lattice inside, coarser by twos beyond the reach, none close to the border.
+
+    Nor within the circle of which a piece of the border is a diameter: all of these are sides of Delaunay's triangles.
+    """
     low, high = cores[0].min(0), cores[0].max(0)
     from scipy.spatial import cKDTree
     border, found = cKDTree(np.vstack(cores)), [np.empty((0, 2))]
-    length = sum(np.linalg.norm(core - np.roll(core, 1, axis=0), axis=1).sum() for core in cores)
-    width = 2.0 * sum(map(signed_area, cores)) / length
+    start, end = edges(cores)
+    radii = np.linalg.norm(end - start, axis=1) / 2.0
+    width = sum(map(signed_area, cores)) / radii.sum()
     for level in range(_LEVELS):
         spacing = min(_TRIANGLE * grading.largest, _ROWS * width) * 2.0**level / grading.parts
         rows = np.arange(low[1], high[1], spacing * np.sqrt(3) / 2)
@@ -236,7 +296,9 @@ def _lattice(cores: list[Array], grading: Grading) -> Array:
         doublings = np.log2(grading.size(np.abs(points).max(axis=1, initial=0.0)) / grading.largest)
         points = points[(np.floor(doublings) == level) & inside_loops(cores, points)]
         distance, _ = border.query(points) if points.size else (np.zeros(0), None)
-        found.append(points[distance > _OFF * spacing])
+        points = points[distance > _OFF * spacing]
+        within = cKDTree(points).query_ball_point((start + end) / 2.0, radii * (1.0 + 1e-6))
+        found.append(np.delete(points, np.unique(np.concatenate(within).astype(int)), axis=0))
         if doublings.size == 0 or doublings.max() < level + 1:
             break
     return np.vstack(found)

@@ -39,6 +39,7 @@ import numpy as np
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
+from sits_mech.geometry.outline import widest_angle
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -48,7 +49,7 @@ from sits_mech.magnetics.space.far import FieldRequest as Field
 from sits_mech.magnetics.space.lift import Lift
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, field_of_all
 from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
-from sits_mech.magnetics.space.rungs import ROUGH, ImpedanceLimit, PlateRung, fitting
+from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
@@ -216,7 +217,7 @@ class Sheets:
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close)
+        limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close, _corners(parts))
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else field_of_all(parts, plates, seen, frequency[0], asked)
@@ -224,8 +225,7 @@ class Sheets:
             alone = plates[0].divisions
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
         value, left = forms[0], limit.errors(forms)
-        forced = ROUGH / 2 * (rung.along[0] == rung.along[1])
-        error, lost = _errors(value, left, plates, forced * bool(large), bool(sensor.conductors))
+        error, lost = _errors(value, left, plates, bool(sensor.conductors))
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         in_tracks = 2 * [0.0 * value] if uneven is None else uneven
         return _Change(np.stack([value, error, left, lost * value, *in_tracks]), unknowns, tuple(notes))
@@ -270,14 +270,17 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     return overlapping(sensor)
 
 
-def _errors(
-    value: Complex, left: Complex, plates: Sequence[Divided], forced: float, among: bool
-) -> tuple[Complex, float]:
+def _corners(parts: Sequence[PlacedPlate]) -> float:
+    """Return the least order by which errors fall where current crowds at plates' corners."""
+    return min(2.0, *(2.0 * math.pi / widest_angle(part.plate) for part in parts))
+
+
+def _errors(value: Complex, left: Complex, plates: Sequence[Divided], among: bool) -> tuple[Complex, float]:
     """Return the errors of R and of the reactance, with what divisions `left`, and the share that polynomials miss.
 
-    `forced` is the error added where memory forces coarse divisions; `among`: plates answer each other.
+    `among`: plates answer each other.
     """
-    lost = max(plate.unseen for plate in plates) * np.array(_MISSED[among]) + forced
+    lost = max(plate.unseen for plate in plates) * np.array(_MISSED[among])
     R, X = _shared(left.real) + lost[0] * largest(value.real), _shared(left.imag) + lost[1] * largest(value.imag)
     return R + 1j * X, float(lost.max())
 

@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from scipy.sparse import vstack
 from scipy.sparse.linalg import spsolve
 
-from sits_mech.geometry.outline import Outline, outline_plan
+from sits_mech.geometry.outline import Outline, outline_plan, widest_angle
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
 from sits_mech.geometry.tracks import TrackBars
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -22,6 +22,7 @@ from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.classes import problems, stacked
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, base_potential, gauss_points, prism_means
+from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung
 from sits_mech.quantities import Pose
 from sits_mech.scene.outlines import read_loops, signed_area
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -111,6 +112,33 @@ def test_resistance_around_a_hole_converges() -> None:
     coarse, fine = -np.diff(found)
     assert coarse / fine == pytest.approx((1 / 4 - 1 / 16) / (1 / 16 - 1 / 36), rel=0.1)
     assert abs(found[2] - 0.8 * fine) < 1e-3  # polygons for circles: 7e-4, and 8e-5 of twice the corners
+
+
+def test_levels_of_an_outline_are_parts_of_the_same_cells() -> None:
+    """Nodes of a division are nodes of one in twice as many parts; no piece of an L's rim is halved for a lattice."""
+    corners = ((-4.0, -4.0), (4.0, -4.0), (4.0, 0.0), (0.0, 0.0), (0.0, 4.0), (-4.0, 4.0))
+    coarse, fine = (outline_plan(Outline((corners,)), Grading(0.6, 8.0, 4.95, parts)) for parts in (3, 6))
+    assert (len(fine.cells), (fine.loop == 0).sum()) == (4 * len(coarse.cells), 2 * (coarse.loop == 0).sum())
+    inside = coarse.cells[coarse.cells[:, 2] == coarse.cells[:, 3]].ravel()
+    apart = np.linalg.norm(coarse.nodes[inside, None] - fine.nodes, axis=2)
+    assert apart.min(axis=1).max() < 1e-9
+    assert (coarse.loop == 0).sum() == 24
+
+
+def test_a_corner_into_the_metal_owns_to_its_order() -> None:
+    corners = Outline((((0.0, 0.0), (2e-3, 0.0), (2e-3, 1e-3), (1e-3, 1e-3), (1e-3, 2e-3), (0.0, 2e-3)),))
+    for outline, quarters in ((corners, 3), (SQUARE, 1), (Outline((*SQUARE.loops, corners.loops[0])), 3)):
+        part = of_outline(outline).target
+        assert part is not None
+        assert widest_angle(part) == pytest.approx(quarters * np.pi / 2, rel=1e-9)
+    Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.1 / m ** (4 / 3))]]) for m in (6, 4, 3, 4, 4)]
+    rung = PlateRung((3, 4, 6), (3, 4, 5), 7.0)
+    off, error = (
+        abs((forms[0] - 1.0 - 1.0j).item().imag) / limit.errors(forms).item().imag
+        for limit in (ImpedanceLimit(rung, 1e3, 1e3, corners=order) for order in (2.0, 4 / 3))
+        for forms in (limit.forms(Z),)
+    )
+    assert error < 1.0 < off
 
 
 @pytest.mark.parametrize("mirror", [1, -1])

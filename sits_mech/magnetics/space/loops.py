@@ -28,7 +28,7 @@ from sits_mech.geometry.sheet_plan import CellPlan, Seams, plan_seams, standing_
 from sits_mech.quantities import Array, Complex, Integers, Mask
 from sits_mech.scene.outlines import signed_area
 
-_LOOKED_AT = 10_000_000  # cells by edges of rims
+_LOOKED_AT, _BLOCK = 10_000_000, 512  # cells by edges of rims; cells at once
 
 
 @dataclass(frozen=True)
@@ -180,9 +180,11 @@ def _near_rim(plan: CellPlan, centre: Array, depth: float) -> Mask:
     rim = (plan.loop[plan.cells] >= 0) & (plan.loop[plan.cells] == plan.loop[after])
     start, end = plan.nodes[plan.cells[rim]], plan.nodes[after[rim]]
     along = end - start
-    offset = centre[:, None, :] - start
-    share = np.clip((offset * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-300), 0.0, 1.0)
-    distance = np.linalg.norm(offset - share[..., None] * along, axis=-1).min(1)
+    distance = np.full(len(centre), np.inf)
+    for k in range(0, len(centre), _BLOCK):
+        offset = centre[k : k + _BLOCK, None, :] - start
+        share = np.clip((offset * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-300), 0.0, 1.0)
+        distance[k : k + _BLOCK] = np.linalg.norm(offset - share[..., None] * along, axis=-1).min(1)
     return np.asarray(touching | (distance < depth))
 
 

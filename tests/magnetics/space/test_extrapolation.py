@@ -24,13 +24,6 @@ def test_limit_of_a_power_is_exact(order: float) -> None:
     np.testing.assert_allclose(error, 0.0, atol=1e-12)
 
 
-def test_two_levels_may_be_off_by_all_that_is_added() -> None:
-    values = levels(2.0, (2.0, 2.0, 4.0))
-    more, error = extrapolated_rest(*np.diff(values, axis=0), (2.0, 2.0, 4.0), 2.0)
-    np.testing.assert_allclose(values[-1] + more, EXACT, rtol=1e-14)
-    np.testing.assert_allclose(error, np.abs(more))
-
-
 @pytest.mark.parametrize("faults", [(-0.2, 0.1, -0.05), (0.3, 0.1, 0.06), (0.1, 0.06, 0.045)])
 def test_a_sequence_of_another_order_owns_to_it(faults: tuple[float, ...]) -> None:
     """Within four times the estimate."""
