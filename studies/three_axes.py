@@ -19,7 +19,7 @@ from sits_mech.analysis.bench import model_errors, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.simulate import at_rest
+from sits_mech.chain.rests import at_rest
 from sits_mech.notes import Note, NoteKind, unpacked
 from sits_mech.quantities import Array, Wrench
 from sits_mech.readout.calibration import OK

@@ -315,7 +315,7 @@ def triaxial() -> tuple[Any, Any]:
 @pytest.fixture(scope="session")
 def numerics_alone() -> Callable[[], AbstractContextManager[None]]:
     """Models that leave nothing out: for readings that are made by the same models, and errors of numerics."""
-    from sits_mech.chain import aimed, models, plan, simulate
+    from sits_mech.chain import aimed, left_out, models, plan
     from sits_mech.magnetics.tracks import Tracks
 
     @contextmanager
@@ -323,9 +323,9 @@ def numerics_alone() -> Callable[[], AbstractContextManager[None]]:
         with pytest.MonkeyPatch.context() as patch:
             for half in ("MECHANICS", "MAGNETICS"):
                 bare = {name: replace(each, omissions=lambda *_: ()) for name, each in getattr(models, half).items()}
-                for module in (aimed, models, plan, simulate):
+                for module in (aimed, models, plan, left_out):
                     patch.setattr(module, half, bare, raising=False)
-            patch.setattr(simulate, "bending", lambda *_: ())
+            patch.setattr(left_out, "bending", lambda *_: ())
             patch.setattr(Tracks, "unknown", lambda _, found: found.L[None].repeat(2, axis=0) * 0j)
             yield
 

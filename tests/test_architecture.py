@@ -123,6 +123,9 @@ UNMIRRORED = {
         "tests/mechanics/faces/test_contact.py: the contact of these faces",
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
+    **dict.fromkeys(
+        (f"chain/{name}.py" for name in ("flags", "left_out", "rests")), "tests/chain/test_simulate.py: whole answers"
+    ),
     "mechanics/pad/planar.py": "tests/mechanics/test_layer.py: the layers on these meshes converge",
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
     **dict.fromkeys(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.goal import HALF, Goal, goal_of
 from sits_mech.chain.interpolate import solved_likely
+from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import (
     MAGNETICS,
     MECHANICS,
@@ -20,7 +21,7 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.prices import LoadForecast, Look, forecast_load, forecast_touch, look
 from sits_mech.chain.propagation import poses_of, unloaded_pose
-from sits_mech.chain.simulate import check_way, mechanical_omissions
+from sits_mech.chain.rests import check_way
 from sits_mech.description import Description, Question, sized
 from sits_mech.magnetics.ends import ROUGH
 from sits_mech.mechanics.models import strain_bound

@@ -13,9 +13,9 @@ import math
 from typing import NamedTuple
 
 from sits_mech.arguments import checked_arguments
+from sits_mech.chain.left_out import mechanical_omissions, within_omissions
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded_pose
-from sits_mech.chain.simulate import mechanical_omissions, within_omissions
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import Depth, TouchLoad, at_depth, depth_of
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench

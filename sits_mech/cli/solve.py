@@ -70,8 +70,10 @@ def pose(
     loads = [*via, given.wrench]
     check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
+    from sits_mech.chain.flags import rest_flags
+    from sits_mech.chain.left_out import mechanical_omissions, within_omissions
     from sits_mech.chain.models import mechanical_model
-    from sits_mech.chain.simulate import at_rest, mechanical_omissions, rest_flags, within_omissions
+    from sits_mech.chain.rests import at_rest
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import equilibrium_table

@@ -29,9 +29,11 @@ from common.accuracy import first_strain, forget
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
+from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import magnetic_model
 from sits_mech.chain.plan import plan
-from sits_mech.chain.simulate import Simulation, at_rest, mechanical_omissions, simulate, simulated
+from sits_mech.chain.rests import at_rest
+from sits_mech.chain.simulate import Simulation, simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.magnetics.sheets import not_representable, sheets

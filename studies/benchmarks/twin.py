@@ -23,8 +23,10 @@ from common.outputs import study_arguments, write_rows
 
 from sits_mech.analysis.bench import absolute, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import loaded_model, mechanical_model
-from sits_mech.chain.simulate import at_rest, mechanical_omissions, simulated
+from sits_mech.chain.rests import at_rest
+from sits_mech.chain.simulate import simulated
 from sits_mech.export.source import Source
 from sits_mech.export.twin.folder import write_twin
 from sits_mech.export.twin.twin import Twin

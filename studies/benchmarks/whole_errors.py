@@ -28,8 +28,10 @@ from common.accuracy import first_strain
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
+from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import magnetic_model
-from sits_mech.chain.simulate import at_rest, mechanical_omissions, simulate, simulated
+from sits_mech.chain.rests import at_rest
+from sits_mech.chain.simulate import simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import turn_radii

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.bending import bending, seen_shapes
+from sits_mech.chain.flags import rest_flags
+from sits_mech.chain.left_out import mechanical_omissions, with_omissions
 from sits_mech.chain.models import MECHANICS, choose_mechanics, magnetic_model, mechanical_model, model_of
 from sits_mech.chain.propagation import unloaded_pose
-from sits_mech.chain.simulate import mechanical_omissions, rest_flags, with_omissions
 from sits_mech.magnetics.pose_slopes import lift_slopes
 from sits_mech.mechanics.bending import bonded_plate
 from sits_mech.mechanics.closed_form import HAIR

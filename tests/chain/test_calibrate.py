@@ -11,15 +11,16 @@ import pytest
 import xarray as xr
 
 from sits_mech.chain import aimed, models
-from sits_mech.chain import simulate as simulating
+from sits_mech.chain import left_out as leaving
 from sits_mech.chain.aimed import AimedLoads
 from sits_mech.chain.calibrate import _marks, _promised, calibrate
+from sits_mech.chain.flags import whole_error
 from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.prices import Look
 from sits_mech.chain.propagation import poses_of
-from sits_mech.chain.simulate import simulate, whole_error
+from sits_mech.chain.simulate import simulate
 from sits_mech.cli.console import kept_promise
 from sits_mech.description import Description, Rung
 from sits_mech.mechanics import touch
@@ -68,8 +69,8 @@ def described(name: str, model: object, left_out: tuple[Omission, ...] = ()) -> 
 
 def put(monkeypatch: pytest.MonkeyPatch, mechanics: Description, magnetics: Description) -> None:
     """Put models in place of all others, with a rigid target."""
-    monkeypatch.setattr(simulating, "bending", lambda *_: ())
-    for module in (models, simulating):
+    monkeypatch.setattr(leaving, "bending", lambda *_: ())
+    for module in (models, leaving):
         monkeypatch.setattr(module, "MECHANICS", {mechanics.name: mechanics})
     for module in (models, aimed):
         monkeypatch.setattr(module, "MAGNETICS", {magnetics.name: magnetics})

@@ -11,11 +11,14 @@ import pytest
 import xarray as xr
 
 from sits_mech.chain import aimed, models
-from sits_mech.chain import simulate as simulating
+from sits_mech.chain import left_out as leaving
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.flags import rest_flags
+from sits_mech.chain.left_out import with_omissions
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.simulate import at_rest, image_at_rest, rest_flags, simulate, with_omissions
+from sits_mech.chain.rests import at_rest, image_at_rest
+from sits_mech.chain.simulate import simulate
 from sits_mech.description import Description, Rung, sized
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.bars import planar_bars
@@ -69,10 +72,10 @@ class Linear:
 def put(monkeypatch: pytest.MonkeyPatch, half: str, model: object, *left_out: Omission) -> None:
     """Put a model that holds every scene behind the name "planar", alone; one of the mechanics with a rigid target."""
     if half == "MECHANICS":
-        monkeypatch.setattr(simulating, "bending", lambda *_: ())
+        monkeypatch.setattr(leaving, "bending", lambda *_: ())
     rungs = (Rung(0.0, 1, 1, 0.0, 0.0),)
     own = Description("planar", lambda *_: model, lambda *_: None, lambda *_: left_out, rungs, 0.0)
-    for module in (models, simulating) if half == "MECHANICS" else (models, aimed):
+    for module in (models, leaving) if half == "MECHANICS" else (models, aimed):
         monkeypatch.setattr(module, half, {"planar": own})
 
 
@@ -595,7 +598,7 @@ def test_numerics_are_given_what_omissions_leave_of_a_tolerance(
     size = share * tolerance
     item = Omission(OmissionKind.BENDING, size, Relative.DISPLACEMENT, parts=(0.0, size, 0.0, 0.0, 0.0, 0.0))
     put(monkeypatch, "MECHANICS", NamedMeshes(2e-3))
-    monkeypatch.setattr(simulating, "bending", lambda *_: (item,))
+    monkeypatch.setattr(leaving, "bending", lambda *_: (item,))
     report = simulate(sensor, Wrench(1.0, 2.0), tolerance=tolerance).equilibrium.report
     ((_, left),) = TOWARDS
     assert left == pytest.approx(given * tolerance - 4e-6 / 0.08) and item.size == sized(report.left_out)
@@ -615,7 +618,7 @@ def test_a_tolerance_below_what_meshes_promise_is_refused_where_that_is_asked(se
 
 @pytest.mark.usefixtures("meshes")
 def test_without_a_change_of_signals_all_meshes_are_solved(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sits_mech.chain.simulate.aim_at", lambda *_: None)
+    monkeypatch.setattr("sits_mech.chain.rests.aim_at", lambda *_: None)
     found = simulate(sensor, Wrench(1.0, 2.0))
     assert found.promise is None and found.equilibrium.error.d_v == pytest.approx(10.0 * 4e-7) and TOWARDS == []
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sits_mech.chain.simulate import at_rest
+from sits_mech.chain.rests import at_rest
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetry_of
 from sits_mech.quantities import Pose, Wrench

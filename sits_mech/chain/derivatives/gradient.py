@@ -28,7 +28,8 @@ from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.propagation import signal_weights
-from sits_mech.chain.simulate import Simulation, aimed_rest, simulated
+from sits_mech.chain.rests import aimed_rest
+from sits_mech.chain.simulate import Simulation, simulated
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned

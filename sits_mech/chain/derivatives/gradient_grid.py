@@ -27,9 +27,9 @@ from sits_mech.chain.derivatives.gradient import (
     symmetry_kept,
 )
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
+from sits_mech.chain.left_out import with_omissions
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.simulate import with_omissions
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.parameters import Parameter

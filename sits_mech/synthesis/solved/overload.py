@@ -30,7 +30,7 @@ import numpy as np
 
 from sits_mech.analysis.limits import corners
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.simulate import image_at_rest
+from sits_mech.chain.rests import image_at_rest
 from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.loads import RefinedModel

@@ -8,7 +8,8 @@ import pytest
 
 from sits_mech.chain.derivatives.gradient import Gradient, gradient, symmetry_kept
 from sits_mech.chain.models import mechanical_model
-from sits_mech.chain.simulate import aimed_rest, simulate
+from sits_mech.chain.rests import aimed_rest
+from sits_mech.chain.simulate import simulate
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.quantities import Wrench
