@@ -177,9 +177,9 @@ def sized(left_out: Iterable[Omission]) -> float:
     return sum(item.size for item in left_out if item.counts and not math.isnan(item.size))
 
 
-def added(report: Any, left_out: tuple[Omission, ...]) -> Any:
-    """Return a report that lists omissions, and whose error holds those with a size that the model's own does not."""
-    size = sized(item for item in left_out if not item.held)
+def added(report: Any, left_out: tuple[Omission, ...], size: float | None = None) -> Any:
+    """Return a report that lists omissions, and whose error holds `size` of them, or those that its own does not."""
+    size = sized(item for item in left_out if not item.held) if size is None else size
     return replace(
         report, estimated_error=report.estimated_error + size, left_out=(*report.left_out, *left_out)
     )

@@ -10,7 +10,7 @@ import numpy as np
 from sits_mech.chain.bending import bending
 from sits_mech.chain.goal import tolerance_left
 from sits_mech.chain.models import MECHANICS, Choice
-from sits_mech.chain.propagation import unloaded_pose
+from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.description import Question, added, by_component, sized
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import on_target
@@ -69,7 +69,9 @@ def including(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...])
     left_out = tuple(item for item in left_out if item.weighs)
     if not left_out:
         return rest
-    parts = omitted_parts(sensor, left_out, rest.pose.components)
+    parts, lever = omitted_parts(sensor, left_out, rest.pose.components), levers(sensor)
     error = Pose.of(rest.error.components + np.abs(parts).sum(axis=0))
+    away = np.abs(rest.pose.components - unloaded_pose(sensor).components) * lever
+    size = float((np.abs(parts) * lever).max(axis=-1, initial=0.0).sum() / max(away.max(), 1e-300))
     shared = np.concatenate([rest.shared, parts])
-    return replace(rest, error=error, shared=shared, report=added(rest.report, left_out))
+    return replace(rest, error=error, shared=shared, report=added(rest.report, left_out, size))
