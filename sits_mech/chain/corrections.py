@@ -129,7 +129,7 @@ def _beyond(rests: Iterable[Equilibrium]) -> Array:
 
 def _comparable(rest: Equilibrium) -> bool:
     """Whether finer meshes rest in time and show more: in space those of the free family, unless rims crease."""
-    return rest.state.size > 0 and (rest.report.model != "block" or not (rest.report.creased or rest.state[0] > 0.0))
+    return rest.state.size > 0 and (rest.report.model != "block" or not (rest.report.creased or rest.state[0]))
 
 
 def _numbers(rests: list[Equilibrium]) -> tuple[Array, Array, Array]:

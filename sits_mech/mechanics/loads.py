@@ -169,7 +169,7 @@ def _read(load: Wrench, row: Row) -> Settled:
         return Settled(None, row["seconds"], row["status"], row["reason"])
     pose, error = (Pose.of(np.asarray(row[name], dtype=float)) for name in ("pose", "error"))
     shared, slopes = (np.asarray(row[name], dtype=float).reshape(-1, len(POSE)) for name in ("shared", "slopes"))
-    report: dict[str, Any] = {name: row[name] for name in _KEPT_OF_REPORT} | {"notes": unpacked(row["notes"])}
+    report: dict[str, Any] = {key: row.get(key, False) for key in _KEPT_OF_REPORT} | {"notes": unpacked(row["notes"])}
     own, state = SolveReport(residual=0.0, seconds=0.0, **report), np.asarray(row["state"], dtype=float)
     kept = Equilibrium(load, pose, error, state, own, shared, slopes=slopes)
     if row["acting"] is not None:
