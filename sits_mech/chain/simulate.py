@@ -25,11 +25,12 @@ from sits_mech.chain.propagation import poses_of, read_poses, signals_at, unload
 from sits_mech.description import Question, added, by_component, sized
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
+from sits_mech.mechanics.depth import TouchLoad, to_depth
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
-from sits_mech.mechanics.touch import TouchLoad, check_untouched, on_target, to_depth
+from sits_mech.mechanics.touch import check_untouched, on_target
 from sits_mech.notes import NoteKind, Omission, OmissionKind
 from sits_mech.quantities import (
     WRENCH,
@@ -136,7 +137,7 @@ def simulate(
     began = time.process_time()
     wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    layer = to_depth(layer, depth)
+    layer = layer if depth is None else to_depth(layer, sensor, depth)
     if via:
         field, _ = loaded_model(sensor, magnetics, tolerance, [*via, wrench])
         left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
