@@ -130,6 +130,7 @@ def explain(
     Example: sits-mech explain finger.toml --history press.csv
     """
     sensor = sensor_of(scene, overrides)
+    check_request(sensor, {}, **asdict(models))
     if history is not None and (ladder or load != Load()):
         came = "--ladder" if ladder else "a load"
         raise SceneError(f"--history: must be given without a load or --ladder; got {came}")

@@ -145,16 +145,18 @@ class Load:
         self, sensor: Sensor, mechanics: str = "auto", tolerance: float = 1e-2, *, rough: bool = False
     ) -> TouchLoad:
         """Return the load in SI; where none was written that of a scene's touch, to whose depth a force is solved."""
-        from sits_mech.mechanics.depth import TouchLoad
+        plain = self != Load() or sensor.touch is None or sensor.touch.depth is None
+        wrench = self.wrench(sensor if plain else None)
+        check_request(sensor, vars(wrench), tolerance, mechanics=mechanics)
+        if plain:
+            from sits_mech.mechanics.depth import TouchLoad
 
-        if self != Load() or sensor.touch is None or sensor.touch.depth is None:
-            return TouchLoad(self.wrench(sensor))
-        check_request(sensor, {}, tolerance, mechanics=mechanics)
+            return TouchLoad(wrench)
 
         from sits_mech.chain.pressing import touch_load
         from sits_mech.cli.console import announcing
 
-        warn(f"touch.depth: the force that presses {sensor.touch.depth * 1e3:g} mm deep is solved first")
+        warn("touch.depth: the force that leads to it is solved first")
         with announcing():
             return touch_load(sensor, mechanics=mechanics, tolerance=tolerance, rough=rough)
 
