@@ -29,7 +29,7 @@ from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
 from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
-from sits_mech.scene.sensor import Sensor, silicones_of
+from sits_mech.scene.sensor import Sensor, shape_on_cover, silicones_of
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
@@ -305,7 +305,7 @@ def _seen(
     if ahead is not None and ahead.seconds > _LOOKED:
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
-        return None
+        return None if shape_on_cover(sensor) is None else ahead
 
     goals = list[Goal]()
 
