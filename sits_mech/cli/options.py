@@ -198,9 +198,7 @@ class LoadGrid:
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.scene.coils import usual_loads
 
-        usual = usual_loads(sensor.coils)
-        if sensor.touch is not None and sensor.touch.friction == "none":
-            usual = {"F_z": usual["F_z"]}
+        usual = usual_loads(sensor.coils, slides=sensor.slides)
         if self.fx is not None:
             usual.pop("F_y", None)
         ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}
