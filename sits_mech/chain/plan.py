@@ -299,13 +299,13 @@ def _seen(
 ) -> Look | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
-    Its counts where these meshes are dear.
+    Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
     """
     ahead = counted_cost(sensor, choice, loads)
-    if ahead is not None and ahead.seconds > _LOOKED:
+    if ahead is not None and ahead.seconds > _LOOKED * (shape_on_cover(sensor) is None):
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
-        return None if shape_on_cover(sensor) is None else ahead
+        return None
 
     goals = list[Goal]()
 
