@@ -24,7 +24,7 @@ from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate
 from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
-from sits_mech.mechanics.touch import TouchLoad
+from sits_mech.mechanics.depth import TouchLoad
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
     LOAD_ARGUMENTS,

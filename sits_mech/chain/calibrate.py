@@ -28,7 +28,7 @@ from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
 from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.mechanics.touch import check_places, check_untouched
+from sits_mech.mechanics.touch import check_force, check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
 from sits_mech.quantities import TOUCH, WRENCH, Equilibrium, Impedance, MechanicalModel
 from sits_mech.scene.parameters import Parameter
@@ -37,7 +37,6 @@ from sits_mech.scene.thermal import CAUSES, unknown_coefficients
 from sits_mech.silicone.stability import renewed_notes
 from sits_mech.status import OK, flags_of, marked
 from sits_mech.units import checked_tolerance
-from sits_mech.units import millimetres as mm
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,8 +117,7 @@ def calibrate(
     >>> dict(data["L_v_percent"].sizes), data["status"].values.ravel()[0]
     ({'F_x': 3, 'F_z': 3}, 'above tolerance')
     """
-    if sensor.touch is not None and sensor.touch.depth is not None:
-        raise SceneError(f"touch.depth: must be left out for a table over forces; got {mm(sensor.touch.depth)}")
+    check_force(sensor.touch, "a table over forces")
     given, tolerance = dict(zip(WRENCH, (F_x, F_z, M, F_y, M_x, M_z), strict=True)), checked_tolerance(tolerance)
     given |= {name: each for name, each in zip(TOUCH, (touch_x, touch_y), strict=True) if each is not None}
     axes = {name: checked_values(name, values) for name, values in given.items()}

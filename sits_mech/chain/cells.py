@@ -39,13 +39,13 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.chain.cell_fields import alone_at, cell_levers, signal_slopes
 from sits_mech.chain.propagation import signal_weights, unloaded_pose
 from sits_mech.mechanics.cells import CellsPad, cells_pad
+from sits_mech.mechanics.touch import check_force
 from sits_mech.quantities import WRENCH, Array, Mask
 from sits_mech.scene.cells import Cells
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of
 from sits_mech.threads import one_thread
 from sits_mech.units import SceneError
-from sits_mech.units import millimetres as mm
 
 FORCES = ("F_z", "F_x", "F_y")
 """Forces in the order of the signals dL_v, dL_x and dL_y, which read them."""
@@ -239,8 +239,7 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     >>> found.reads, found.read[:, 0].round(3).tolist()
     (('F_z',), [-0.01, 0.093])
     """
-    if cells.touched.depth is not None:
-        raise SceneError(f"touch.depth must be left out with [[targets]]: a force; got {mm(cells.touched.depth)}")
+    check_force(cells.touched, "[[targets]]")
     given = cells.touched.force if force is None else force
     if given is None or not 0.0 < given < np.inf:
         raise SceneError(f"touch.force must be a press above 0 N; got {'none' if given is None else f'{given:g} N'}")

@@ -30,7 +30,7 @@ from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
 from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.scene.plausible import check_loads
-from sits_mech.scene.sensor import Sensor, silicones_of
+from sits_mech.scene.sensor import Sensor, shape_on_cover, silicones_of
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
@@ -300,10 +300,10 @@ def _seen(
 ) -> Look | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
-    Its counts where these meshes are dear.
+    Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
     """
     ahead = counted_cost(sensor, choice, loads)
-    if ahead is not None and ahead.seconds > _LOOKED:
+    if ahead is not None and ahead.seconds > _LOOKED * (shape_on_cover(sensor) is None):
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
         return None

@@ -1,6 +1,6 @@
 """Find the force by which a touch presses as deep as its scene says, and what it is off by.
 
-    d(F) = D,    d the depth at rest under F (mechanics/touch.py).
+    d(F) = D,    d the depth at rest under F (mechanics/depth.py).
 
 d grows with F as a power 1/p: p is 1 on a bonded layer, 3/2 of a sphere on a thick cover (Hertz). Secants of log F over
 log d find F, on the first two meshes of a model, then on those that its tolerance takes, where two forces or so are
@@ -16,20 +16,15 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.chain.left_out import mechanical_omissions, within_omissions
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded_pose
+from sits_mech.mechanics.depth import Depth, TouchLoad, at_depth, depth_of
 from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.touch import Depth, TouchLoad, at_depth, depth_of
+from sits_mech.mechanics.touch import LEFT, STEPS
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover, stack_of
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.scene.touch import Touch
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
-
-_LEFT = 0.2  # of the depth's own error, what may be left of it
-_NEAR = 1e-2  # of the depth, the same on first meshes: others follow, which differ by as much
-_TRIES = 12  # secants of one model, with those of forces that are not carried: 2 to 6 were seen
-_BACK, _CLOSE = 4.0, 1.3  # over a force that fails the next one, and how far from one that does not it is tried
-_POWERS = 0.5, 3.0  # between which p is taken
 
 
 class _Try(NamedTuple):
@@ -74,10 +69,11 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
 
     Examples
     --------
+    >>> from sits_mech.chain.pressing import touch_load
     >>> touch = 'touch={shape="sphere", radius="10 mm", depth="0.1 mm"}'
-    >>> found = sm.touch_load(sm.load_sensor("biorob2018-w15", [touch]), mechanics="linear", tolerance=0.1)
-    >>> round(found.wrench.F_z, 2), round(found.error.F_z, 2)
-    (1.0, 0.1)
+    >>> found = touch_load(sm.load_sensor("biorob2018-w15", [touch]), mechanics="linear", tolerance=0.1)
+    >>> round(found.wrench.F_z, 2), round(found.found.error_F_z, 2)
+    (2.02, 0.21)
     """
     touch = sensor.touch
     if touch is None or touch.force is touch.depth is None:
@@ -88,17 +84,23 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
     if swollen:  # its height without load is no number of the scene
         raise SceneError(f"touch.depth: must be a force on silicone that is warm or swollen; got a free stretch of "
                          f"{swollen[0]:.6g}")
-    D, force, rest = touch.depth, _first_force(sensor, touch, touch.depth), float(unloaded_pose(sensor).d_v)
+    return _sought(sensor, touch, touch.depth, mechanics, tolerance, rough=rough)
+
+
+def _sought(
+    sensor: Sensor, touch: Touch, D: float, mechanics: str, tolerance: float, *, rough: bool
+) -> TouchLoad:
+    """Return the load of a touch that presses to a depth."""
+    force, rest = _first_force(sensor, touch, D), float(unloaded_pose(sensor).d_v)
     (whole, _), tried, slopes = _models(sensor, mechanics, tolerance, force), None, _Slopes()
     if isinstance(whole, RefinedModel):
-        tried, slopes = _pressed(whole.rough, sensor, (force, D, rest), slopes, near=_NEAR)
+        tried, slopes = _pressed(whole.rough, sensor, (force, D, rest), slopes, near=tolerance)
         force = slopes.force(tried, D)
     if tried is not None and rough:
         return _ended(sensor, tried, slopes, (D, rest))
     whole, layer = _models(sensor, mechanics, tolerance, force)
     tried, slopes = _pressed(layer, sensor, (force, D, rest), slopes, tried)
-    found = _ended(sensor, tried, slopes, (D, rest))
-    before = 0
+    found, before = _ended(sensor, tried, slopes, (D, rest)), 0
     while (missed := _error(found)) > tolerance and isinstance(whole, RefinedModel) and _size(tried) > before:
         before = _size(tried)
         finer = whole.towards(None, tried.found.report.estimated_error * tolerance / missed)
@@ -142,27 +144,35 @@ def _pressed(
     model.
     """
     (force, D, rest), most, own = aim, math.inf, None
-    for _ in range(_TRIES):
+    for _ in range(STEPS):
         try:
             found = layer.equilibrium(Wrench(F_z=force), start=None if start is None else start.found)
         except SolveFailed as failure:
-            last, most = _last(sensor, failure, rest), min(most, force)
-            if last is not None and last.depth >= D:
-                force = slopes.force(last, D)
-            elif last is None and (start is None or force > _CLOSE * start.force):
-                force = force / _BACK if start is None else math.sqrt(start.force * force)
-            else:
-                far = "" if start is None else f", {start.force:.4g} N press {mm(start.depth, 4)} deep"
-                raise SceneError(f"touch.depth: must be less{far}; got {mm(D)}: {failure}") from failure
+            most = min(most, force)
+            force = _nearer(sensor, failure, (force, D, rest), start, slopes)
             continue
         d, off, _ = depth_of(sensor, found, rest)
         before, own = own, _Try(force, d, off, found)
         start, slopes = own, slopes if before is None else _slopes(before, own)
-        if abs(d - D) <= max(_LEFT * off, near * D, SLACK * D):
+        if abs(d - D) <= max(LEFT * off, near * D, SLACK * D):
             return own, slopes
         force = slopes.force(own, D)
         force = force if force < most else math.sqrt(own.force * most)
-    raise SceneError(f"touch.depth: must be one that a force leads to; got {mm(D)}: {force:.4g} N after {_TRIES} tries")
+    raise SceneError(f"touch.depth: must be one that a force leads to; got {mm(D)}: {force:.4g} N after {STEPS} tries")
+
+
+def _nearer(
+    sensor: Sensor, failure: SolveFailed, aim: tuple[float, float, float], start: _Try | None, slopes: _Slopes
+) -> float:
+    """Return the force to try after one that is not carried; raise SceneError where the way to it was too short."""
+    force, D, rest = aim
+    last = _last(sensor, failure, rest)
+    if last is not None and last.depth >= D:
+        return slopes.force(last, D)
+    if start is None and last is None:
+        return 0.5 * force
+    far = "" if start is None else f", {start.force:.4g} N press {mm(start.depth, 4)} deep"
+    raise SceneError(f"touch.depth: must be less{far}; got {mm(D)}: {failure}") from failure
 
 
 def _last(sensor: Sensor, failure: SolveFailed, rest: float) -> _Try | None:
@@ -178,7 +188,7 @@ def _slopes(first: _Try, second: _Try) -> _Slopes:
     """Return the slopes between two rests."""
     power = math.log(second.force / first.force) / math.log(second.depth / first.depth)
     moved = second.found.pose.components - first.found.pose.components
-    return _Slopes(min(max(power, _POWERS[0]), _POWERS[1]), moved / (second.depth - first.depth))
+    return _Slopes(power, moved / (second.depth - first.depth))
 
 
 def _error(load: TouchLoad) -> float:

@@ -60,7 +60,7 @@ FOURTH = 0.7
 _TOUCHING = NoteKind.FACE_TOUCHES, NoteKind.FACES_TOUCH
 _PRESSED = 3.5e-4  # for each unknown where faces touch: the way there is by contact that grows harder
 _FIRST, _FARTHER = 10, 2.5  # iterations of two meshes under a load within reach, and how they grow with increments
-_ROUND, _FLAT = 24, 10  # iterations of two meshes under a shape on a cover
+_ROUND = 24  # iterations of two meshes under a round shape on a cover
 _SIZE, _POWER = 3674, 0.6  # unknowns from which on an iteration takes longer for each of them, and how
 _BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a half circle
 _SOFTER = 8  # increments of a leg of a path with friction
@@ -91,7 +91,7 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
     levels = layer_family(sensor, True) if model == "axisymmetric" else pad_family(sensor, whole=whole)[0]
     first, second = (len(levels.maker(level).free) for level in (0, 1))
     size = second * max(second / _SIZE, 1.0) ** _POWER
-    seconds = min(_ONCE + (_FLAT if touch.radius is None else _ROUND) * _EACH * size, SECONDS.get())
+    seconds = min(_ONCE + (_FIRST if touch.radius is None else _ROUND) * _EACH * size, SECONDS.get())
     return LoadForecast((first, second), 1, False, seconds, min(_FURTHER[model][-1][0] * seconds, SECONDS.get()))
 
 

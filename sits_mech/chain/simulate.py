@@ -24,8 +24,8 @@ from sits_mech.chain.propagation import poses_of, read_poses, signals_at
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
+from sits_mech.mechanics.depth import TouchLoad, to_depth
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.mechanics.touch import TouchLoad, to_depth
 from sits_mech.notes import Omission
 from sits_mech.quantities import (
     Equilibrium,
@@ -122,9 +122,8 @@ def simulate(
     began = time.process_time()
     wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
     layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
-    found = aimed_rest(
-        sensor, wrench, (to_depth(layer, depth), choice), (magnetics, tolerance), symmetry_of(sensor), via, best=best
-    )
+    layer = layer if depth is None else to_depth(layer, sensor, depth)
+    found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), via, best=best)
     rest = including(sensor, found.rest, found.left_out)
     shown = simulated(sensor, found.field, rest)
     goal, left_out = found.goal or goal_at(sensor, found.field, [rest.pose]), shown.impedance.report.left_out

@@ -130,8 +130,8 @@ def explain(
     Example: sits-mech explain finger.toml --history press.csv
     """
     sensor = sensor_of(scene, overrides)
-    wrench = load.wrench() if history else load.solved(sensor, models.mechanics, models.tolerance, rough=True).wrench
-    if history is not None and (ladder or wrench.components.any()):
+    check_request(sensor, {}, **asdict(models))
+    if history is not None and (ladder or load != Load()):
         came = "--ladder" if ladder else "a load"
         raise SceneError(f"--history: must be given without a load or --ladder; got {came}")
     if history is not None:
@@ -141,6 +141,8 @@ def explain(
 
         course = read_history(history, sensor)
         wrench = largest_load(sensor, course)
+    else:
+        wrench = load.solved(sensor, models.mechanics, models.tolerance, rough=True).wrench
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved

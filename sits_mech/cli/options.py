@@ -17,7 +17,7 @@ from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.mechanics.touch import TouchLoad
+    from sits_mech.mechanics.depth import TouchLoad
     from sits_mech.quantities import Pose, Wrench
     from sits_mech.scene.sensor import Sensor
 
@@ -134,26 +134,29 @@ class Load:
         from sits_mech.quantities import LOAD_ARGUMENTS, Wrench
 
         touch = None if self != Load() or sensor is None else sensor.touch
-        if touch is not None and touch.depth is not None:
-            raise SceneError(f"touch.depth: must be a force, or a load must be given, here; got {touch.depth:g} m")
-        if touch is not None and touch.force is not None:
-            return Wrench(F_z=touch.force)
+        if touch is not None and (touch.force or touch.depth) is not None:
+            from sits_mech.mechanics.touch import check_force
+
+            check_force(touch, "a command that takes a force")
+            return Wrench(F_z=touch.force or 0.0)
         return Wrench(**_in_si(self, LOAD_ARGUMENTS, quantity))
 
     def solved(
         self, sensor: Sensor, mechanics: str = "auto", tolerance: float = 1e-2, *, rough: bool = False
     ) -> TouchLoad:
         """Return the load in SI; where none was written that of a scene's touch, to whose depth a force is solved."""
-        from sits_mech.mechanics.touch import TouchLoad
+        plain = self != Load() or sensor.touch is None or sensor.touch.depth is None
+        wrench = self.wrench(sensor if plain else None)
+        check_request(sensor, vars(wrench), tolerance, mechanics=mechanics)
+        if plain:
+            from sits_mech.mechanics.depth import TouchLoad
 
-        if self != Load() or sensor.touch is None or sensor.touch.depth is None:
-            return TouchLoad(self.wrench(sensor))
-        check_request(sensor, {}, tolerance, mechanics=mechanics)
+            return TouchLoad(wrench)
 
         from sits_mech.chain.pressing import touch_load
         from sits_mech.cli.console import announcing
 
-        warn(f"touch.depth: the force that presses {sensor.touch.depth * 1e3:g} mm deep is solved first")
+        warn("touch.depth: the force that leads to it is solved first")
         with announcing():
             return touch_load(sensor, mechanics=mechanics, tolerance=tolerance, rough=rough)
 
@@ -195,9 +198,7 @@ class LoadGrid:
         from sits_mech.quantities import LOAD_ARGUMENTS
         from sits_mech.scene.coils import usual_loads
 
-        usual = usual_loads(sensor.coils)
-        if sensor.touch is not None and sensor.touch.friction == "none":
-            usual = {"F_z": usual["F_z"]}
+        usual = usual_loads(sensor.coils, slides=sensor.slides)
         if self.fx is not None:
             usual.pop("F_y", None)
         ranges = {f"f{name[2]}": f"{0.0 if name == 'F_z' else -most} N:{most} N:9" for name, most in usual.items()}

@@ -32,7 +32,6 @@ from sits_mech.cli.options import (
 )
 from sits_mech.units import SceneError, quantity
 
-_DRAWN = 0.05  # tolerance of the force by which a touch is drawn at its depth
 _FIRST = "biorob2018-w15"  # that the studio opens
 
 
@@ -58,7 +57,7 @@ def view(
     check_options(kind, show=show, frequency=frequency, driven=driven)
     hertz = sensor.frequency if frequency is None else quantity(frequency, "Hz", "--frequency")
 
-    drawn = load.wrench() if kind == "scene" or pose is not None else load.solved(sensor, tolerance=_DRAWN).wrench
+    drawn = load.wrench() if kind == "scene" or pose is not None else load.solved(sensor, rough=True).wrench
     draw(kind, sensor, PictureSettings(drawn, pose, hertz, coil, show or "displacement"), path)
     print_written([path], as_json)
     return 0

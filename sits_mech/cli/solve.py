@@ -68,7 +68,6 @@ def pose(
     sensor, via = sensor_of(scene, overrides, temperature), way.loads()
     given = load.solved(sensor, mechanics, tolerance)
     loads = [*via, given.wrench]
-    check_request(sensor, vars(loads[-1]), tolerance, mechanics=mechanics)
 
     from sits_mech.chain.flags import rest_flags
     from sits_mech.chain.left_out import mechanical_omissions, within_omissions
@@ -151,8 +150,8 @@ def simulate(
     """
     sensor, *others = sensors_of(scene, overrides, temperature)
     via = way.loads()
+    check_request(sensor, {}, **asdict(models))
     if history is not None:
-        check_request(sensor, {}, **asdict(models))
         if load != Load() or via or others or not best or picture is not None:
             raise SceneError("--history: must be given without a load, --via, --no-best, --picture or temperatures")
         return through_history(sensor, history, models, rcount, output, as_json, accept)
@@ -166,7 +165,6 @@ def simulate(
         raise SceneError("--picture: needs a range of temperatures, --temperature \"first:last:count\"; got one")
     given = load.solved(sensor, models.mechanics, 0.5 * models.tolerance)
     wrench = given.wrench
-    check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.spectrum import at_terminals
     from sits_mech.chain.models import Choice

@@ -37,20 +37,6 @@ Loads: a wrench on a touched target is taken about the touched point; one with m
 On a cover (`[cover]`) a touch is no wrench: contact is solved with the pad (faces/rigid.py), in one solve, and a load
 about the middle says by its moments where it presses.
 
-A depth D in place of the force (chain/pressing.py): how far what presses comes down from where it first touches, on a
-cover its lowest point below the top at rest. A bare target is rigid: with r the touched point, t its thickness and z_0
-the height of its lower face without load,
-
-    d = z_0 + t - (r_z + rho (n_z - 1)),
-
-whose slope by the pose is g = (0, -1, r_x, 0, -r_y, 0) from its middle. A model whose pose is off by e under a force is
-off by d(q + e) - D at the force that is taken for that of D. With s = dq/dd it is off at the depth by
-
-    (1 - s g^T) e - s (d - D)    on the bare target,    e - s (e_d + d - D)    on a cover,
-
-and the force by ``dF/dd (e_d + d - D)``, e_d the depth's error of the meshes that the force was found on: errors add by
-their sizes.
-
 Left out: friction between the two, the way to the load, an indenter or a target that gives.
 """
 
@@ -59,23 +45,24 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol, cast
+from dataclasses import dataclass, replace
+from typing import Protocol, cast
 
 import numpy as np
 
 from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.notes import NoteKind
 from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.parts import Target
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.scene.touch import Touch, check_place, is_on
+from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
 
-_STEPS = 15  # of Broyden's method; stable pads take 2 to 5
-_SAME = 1e-9  # of a wrench: what is closer is rounding
-_LEFT = 0.2  # of a model's own error, what may be left
+STEPS = 15
+"""Of Broyden's method, or of secants; stable pads take 2 to 5."""
+LEFT = 0.2
+"""Of a model's own error, what may be left."""
 _MARGIN = 2.0  # times what a change of the wrench is expected to move
 _LEAST = 1e-7  # of the target's half width, the same of a model without an error
 _FORCES = np.array([name.startswith("F") for name in WRENCH])
@@ -86,46 +73,16 @@ class RefinedLayer(RefinedModel, MechanicalModel, Protocol):
     """A mechanical model of several meshes."""
 
 
-class Depth(NamedTuple):
-    """How deep a touch presses in place of a force that is given, and what goes with it near there."""
-
-    depth: float  # D [m]
-    rest: float  # height of the target's lower face without load [m]
-    moves: Array  # dq/dd of the pose (6,) [1, rad/m]
-    force: float  # dF/dd [N/m]
-    off: float  # of the depth that the force leads to, its error and what is left [m]
-
-
-class TouchLoad(NamedTuple):
-    """The load of a scene's touch by its force, or by its depth.
-
-    Attributes
-    ----------
-    wrench : Wrench
-        About the touched point [N, N m].
-    depth : Depth or None
-        The depth that it leads to, and what goes with it; None where the force is given.
-    found : Equilibrium or None
-        The rest that it was found by, its error without what the model leaves out; None where the force is given.
-    """
-
-    wrench: Wrench
-    depth: Depth | None = None
-    found: Equilibrium | None = None
-
-
 @dataclass(frozen=True)
 class Touched:
-    """A mechanical model of a target that is touched, by a force that leads to a depth where one is given."""
+    """A mechanical model of a target that is touched."""
 
     layer: MechanicalModel
     sensor: Sensor
-    depth: Depth | None = field(default=None, compare=False)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under a load about the touched point, as `touched` says."""
-        found = _followed(self.layer, self.sensor, wrench, start)
-        return found if self.depth is None else at_depth(self.sensor, found, self.depth)
+        return _followed(self.layer, self.sensor, wrench, start)
 
 
 @dataclass(frozen=True)
@@ -134,20 +91,19 @@ class RefinedTouched:
 
     layer: RefinedLayer
     sensor: Sensor
-    depth: Depth | None = field(default=None, compare=False)
 
     @property
     def rough(self) -> Touched:
         """The model on the first meshes."""
-        return Touched(self.layer.rough, self.sensor, self.depth)
+        return Touched(self.layer.rough, self.sensor)
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> Touched:
         """Return the model refined to a goal."""
-        return Touched(self.layer.towards(goal, tolerance, deepest), self.sensor, self.depth)
+        return Touched(self.layer.towards(goal, tolerance, deepest), self.sensor)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
         """Return the equilibrium under a load about the touched point, as `touched` says."""
-        return Touched(self.layer, self.sensor, self.depth).equilibrium(wrench, start=start)
+        return _followed(self.layer, self.sensor, wrench, start)
 
 
 def touched(layer: MechanicalModel, sensor: Sensor) -> MechanicalModel:
@@ -164,11 +120,6 @@ def touched(layer: MechanicalModel, sensor: Sensor) -> MechanicalModel:
     return Touched(layer, sensor)
 
 
-def to_depth(layer: MechanicalModel, depth: Depth | None) -> MechanicalModel:
-    """Return the model of a touch by forces that lead to a depth."""
-    return replace(layer, depth=depth) if isinstance(layer, Touched | RefinedTouched) else layer
-
-
 def bare(layer: MechanicalModel) -> MechanicalModel:
     """Return the model without touch that the states of a model's equilibria belong to."""
     return layer.layer if isinstance(layer, Touched | RefinedTouched) else layer
@@ -178,6 +129,12 @@ def check_untouched(sensor: Sensor, purpose: str) -> None:
     """Refuse a touch for what follows a wrench, not a pose."""
     if sensor.touch is not None:
         raise SceneError(f"touch: must be left out of the scene for {purpose}; got a {sensor.touch.words}")
+
+
+def check_force(touch: Touch | None, purpose: str) -> None:
+    """Refuse the depth of a touch where forces are asked for."""
+    if touch is not None and touch.depth is not None:
+        raise SceneError(f"touch.depth: must be left out for {purpose}; got {mm(touch.depth)}")
 
 
 def touched_place(load: Wrench) -> tuple[float, float]:
@@ -267,36 +224,6 @@ def contact_point(
     return np.array([*_place(sensor, load), low + target.thickness + sensor.cover.thickness]), np.array([0.0, 0.0, 1.0])
 
 
-def depth_of(sensor: Sensor, found: Equilibrium, rest: float) -> tuple[float, float, Array]:
-    """Return how deep what presses is pushed in from where it first touches, its error [m], and its slope by the pose.
-
-    `rest`: height of the target's lower face without load [m]. On a cover the depth is no function of the pose.
-    """
-    if found.sunk is not None:
-        return *found.sunk, np.zeros(6)
-    r, n = contact_point(sensor, found.wrench, found.pose)
-    x, y, _ = r - found.pose.centre
-    g = np.array([0.0, -1.0, x, 0.0, -y, 0.0])
-    lowest = float(r[2]) + (_touch(sensor).radius or 0.0) * float(n[2] - 1.0)
-    return rest + _target(sensor).thickness - lowest, float(np.abs(g) @ found.error.components), g
-
-
-def at_depth(sensor: Sensor, found: Equilibrium, aim: Depth) -> Equilibrium:
-    """Return an equilibrium whose error is that at a depth, not under a force, and what the force may be off by."""
-    d, _, g = depth_of(sensor, found, aim.rest)
-    left = abs(d - aim.depth) if g.any() else aim.off
-    e = np.abs(np.eye(6) - np.outer(aim.moves, g)) @ found.error.components + np.abs(aim.moves) * left
-    half = 0.5 * max(_target(sensor).extent)
-    lever, way = np.array([1.0, 1.0, half, 1.0, half, half]), found.pose.components - Pose(0.0, aim.rest).components
-    share, missed = float(np.max(e * lever) / np.max(np.abs(way) * lever)), NoteKind.TOLERANCE_MISSED
-    report = replace(found.report, estimated_error=share, notes=tuple(
-        note for note in found.report.notes if note.kind is not missed
-    ))
-    for note in (each for each in found.report.notes if each.kind is missed):
-        report = report.judged(float(note.known["tolerance"]))
-    return replace(found, error=Pose.of(e), report=report, error_F_z=aim.force * aim.off)
-
-
 def _arm(sensor: Sensor, load: Wrench, pose: Array) -> tuple[Array, Array]:
     """Return where a load touches from the middle of the top face, shape (3,) [m], and the target's rotation."""
     touch, place = _touch(sensor), np.array(_place(sensor, load))
@@ -344,7 +271,7 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
         q = start.pose.components * (lever > 0.0)
         start = replace(start, wrench=touch_wrench(sensor, start.wrench, start.pose.components))
     last, seconds, iterations = None, 0.0, 0
-    for _ in range(_STEPS):
+    for _ in range(STEPS):
         W = touch_wrench(sensor, load, q)
         found = layer.equilibrium(W, start=start)
         seconds, iterations = seconds + found.report.seconds, iterations + found.report.iterations
@@ -354,7 +281,7 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
         left = min(float(np.abs(g * lever).max()), _moves(sensor, found.pose.components, W, there))
         if float(np.linalg.det(B)) <= 0.0:
             break
-        if same or left <= max(_LEFT * float(np.abs(found.error.components * lever).max()), _LEAST * half):
+        if same or left <= max(LEFT * float(np.abs(found.error.components * lever).max()), _LEAST * half):
             found = replace(found, report=replace(found.report, seconds=seconds, iterations=iterations))
             found = replace(found, acting=W if same else there)
             return _at_rest(sensor, load, found, 0.0 if same else left, np.where(lever > 0.0, lever, 1.0))
@@ -408,5 +335,5 @@ def _alike(first: Wrench, second: Wrench, half: float) -> bool:
     """Return whether two wrenches are the same but for rounding, moments by those of forces at half a target [m]."""
     own, other = first.components, second.components
     force = float(np.abs(own[_FORCES]).max())
-    near = np.abs(own - other) <= _SAME * np.where(_FORCES, force, force * half)
+    near = np.abs(own - other) <= SLACK * np.where(_FORCES, force, force * half)
     return bool(np.all(near))

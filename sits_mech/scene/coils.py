@@ -376,6 +376,10 @@ def resolved_shear(coils: Sequence[Coil]) -> tuple[str, ...]:
     return tuple(name for k, name in enumerate(("F_x", "F_y")) if len({coil.centre[k] for coil in coils}) > 1)
 
 
-def usual_loads(coils: Sequence[Coil]) -> dict[str, float]:
-    """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force."""
-    return {name: most for name, most in _USUAL.items() if name in (*resolved_shear(coils)[:1], "F_z")}
+def usual_loads(coils: Sequence[Coil], *, slides: bool = False) -> dict[str, float]:
+    """Return the largest forces of a grid by default [N]: the first shear that coils resolve, and the normal force.
+
+    That alone of what `slides` on the target.
+    """
+    shear = () if slides else resolved_shear(coils)[:1]
+    return {name: most for name, most in _USUAL.items() if name in (*shear, "F_z")}

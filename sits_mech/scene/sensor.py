@@ -119,6 +119,11 @@ class Sensor(BaseModel):
         return [coil.name for coil in self.coils]
 
     @property
+    def slides(self) -> bool:
+        """Whether what touches the target takes no shear."""
+        return self.touch is not None and self.touch.friction == "none"
+
+    @property
     def touched_point(self) -> tuple[float, float]:
         """Where forces act on the target's top face at rest [m]."""
         return (0.0, 0.0) if self.touch is None else self.touch.place

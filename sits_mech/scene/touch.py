@@ -132,11 +132,17 @@ def check_touch(touch: Touch, target: Target | None, cover: Cover | None, pad: E
     if cover is not None and pad is not None:
         _check_on_silicone(touch, cover, pad)
     if touch.depth is not None and pad is not None:
-        room, what = (pad.thickness, "the pad") if cover is None else (cover.thickness, "the cover")
-        room, what = (room, what) if cover is None else min((room, what), (touch.radius or room, "the radius"))
-        if touch.depth >= room:
-            raise SceneError(f"touch.depth must be less than {what}, {mm(room)}; got {mm(touch.depth)}")
+        _check_depth(touch, touch.depth, cover, pad)
     check_place(touch, (target, cover, pad), touch.place)
+
+
+def _check_depth(touch: Touch, depth: float, cover: Cover | None, pad: Elastomer) -> None:
+    """Refuse a depth that no silicone has room for, or by which a shape is sunk."""
+    rooms = [(pad.thickness, "the pad")] if cover is None else [(cover.thickness, "the cover")]
+    rooms += [(touch.radius, "the radius")] if cover is not None and touch.radius is not None else []
+    room, what = min(rooms)
+    if depth >= room:
+        raise SceneError(f"touch.depth must be less than {what}, {mm(room)}; got {mm(depth)}")
 
 
 def _check_on_silicone(touch: Touch, cover: Cover, pad: Elastomer) -> None:

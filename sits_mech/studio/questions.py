@@ -67,7 +67,7 @@ class Borne(StudioQuestion):
         from sits_mech.quantities import Wrench
         from sits_mech.scene.coils import usual_loads
 
-        most = usual_loads(self.sensor.coils)
+        most = usual_loads(self.sensor.coils, slides=self.sensor.slides)
         share = borne_share(self.sensor, Wrench(**most), self.models[0])
         return {name: ends_to(name, share * size) for name, size in most.items()}
 

@@ -7,7 +7,8 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.simulate import simulate
-from sits_mech.mechanics.touch import bare, depth_of
+from sits_mech.mechanics.depth import depth_of
+from sits_mech.mechanics.touch import bare
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 from tests.mechanics.faces.test_rigid import REFERENCE, SPHERE, WIDE, covered

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from sits_mech.chain.plan import plan, planned_seconds
-from sits_mech.chain.prices import expected, forecast_load, look
+from sits_mech.chain.prices import expected, forecast_load, forecast_touch, look
 from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
@@ -140,3 +140,17 @@ def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) 
     assert len(made) == 1
     alone, both = (planned_seconds(sensor, [load], mechanics="planar", magnetics=name)[0] for name in (None, "planar"))
     assert [name for name, _ in both] == ["planar", "planar"] and both[:1] == alone
+
+
+def test_a_shape_on_a_cover_is_counted_on_its_own_meshes() -> None:
+    """A flat one by fewer iterations than a round one; none of a bare target, or of a pressure, which is no contact."""
+    disc = ['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
+            'cover={material="dragon-skin-30", thickness="1 mm", overhang="1 mm"}',
+            'elastomer={material="ecoflex-00-30", diameter="12 mm", thickness="2 mm"}']
+    flat = 'touch={shape="punch", diameter="4 mm", edge_radius="0.2 mm"}'
+    touches = 'touch={shape="sphere", radius="9 mm"}', flat, 'touch={shape="pressure", diameter="4 mm"}'
+    sensors = [load_sensor("biorob2018", [*disc, touch]) for touch in touches]
+    ball, punch, none = (forecast_touch(sensor, Wrench(F_z=1.0), "axisymmetric") for sensor in sensors)
+    assert ball is not None and punch is not None and none is None
+    assert ball.unknowns[0] < ball.unknowns[1] and punch.seconds < ball.seconds < 0.2 * ball.most
+    assert forecast_touch(load_sensor("biorob2018"), Wrench(F_z=1.0), "block") is None

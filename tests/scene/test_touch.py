@@ -4,6 +4,7 @@ import tomllib
 
 import pytest
 
+from sits_mech.scene.coils import usual_loads
 from sits_mech.scene.sensor import SceneError, load_sensor, scene_text, sensor_from
 from sits_mech.scene.touch import is_on
 
@@ -44,6 +45,13 @@ def test_what_is_no_touch_is_refused_in_one_line(touch, line):
     with pytest.raises(SceneError, match=line) as caught:
         scene(touch)
     assert "\n" not in str(caught.value)
+
+
+def test_what_slides_on_the_target_is_tabled_over_its_force_alone():
+    for friction, slides in (("none", True), ("sticking", False)):
+        sensor = scene(f'shape="sphere", radius="1 mm", friction="{friction}"')
+        assert sensor.slides == slides == ("F_x" not in usual_loads(sensor.coils, slides=sensor.slides))
+    assert not load_sensor("biorob2018").slides
 
 
 def test_a_touch_needs_a_target_and_its_top_face():
