@@ -14,7 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from sits_mech.geometry.sheet_plan import CellPlan, Grading, graded_axis
+from sits_mech.geometry.rims import narrowest, offset
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, divided_triangles, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
 from sits_mech.scene.elastomer import pillar_middles
 from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
@@ -109,12 +110,12 @@ def outline_plan(outline: Outline, grading: Grading) -> CellPlan:
         x, y = crossing
         raise ValueError(f"outline: rims must not cross themselves or each other; they do at ({x:.4g}, {y:.4g}) m")
     loops = outline.turned
-    depth = min(_DEPTH * _narrowest(loops), 0.8 * grading.largest)
+    depth = min(_DEPTH * narrowest(loops), 0.8 * grading.largest)
     smaller = max(min(grading.largest, _SHALLOW * depth), _HALVED * grading.largest)
     grading = replace(grading, largest=smaller)
     rim = Grading(min(grading.first, depth / 2), grading.growth, depth, grading.parts)
     layers = depth - graded_axis(depth, rim)
-    cores, shares = [_offset(loop, depth) for loop in loops], [_shares(loop, grading) for loop in loops]
+    cores, shares = [offset(loop, depth) for loop in loops], [_shares(loop, grading) for loop in loops]
     for _ in range(_TRIES):
         points, simplices, cut = _triangulated(list(map(_along, cores, shares)), replace(grading, parts=1))
         if not cut.any():
@@ -147,7 +148,7 @@ def _assembled(
     inner: list[Integers] = []
     total = 0
     for number, (loop, share) in enumerate(zip(loops, shares, strict=True)):
-        rings = [_along(_offset(loop, depth), share, parts) for depth in layers]
+        rings = [_along(offset(loop, depth), share, parts) for depth in layers]
         size = rings[0].shape[0]
         base = total + size * np.arange(len(rings))
         here = np.arange(size)
@@ -157,7 +158,7 @@ def _assembled(
         marks += [np.full(size, number), np.full(size * (len(rings) - 1), -1)]
         inner.append(base[-1] + here)
         total += size * len(rings)
-    points, triangles = _divided(*inside, parts, [each.size // parts for each in inner])
+    points, triangles = divided_triangles(*inside, parts, [each.size // parts for each in inner])
     border = np.concatenate(inner)
     number_of = np.concatenate([border, total + np.arange(len(points) - border.size)])
     cells.append(number_of[np.column_stack([triangles, triangles[:, 2]])])
@@ -182,46 +183,6 @@ def _triangulated(cores: list[Array], grading: Grading) -> tuple[Array, Integers
     return points, simplices, cut
 
 
-def _divided(points: Array, simplices: Integers, parts: int, rims: list[int]) -> tuple[Array, Integers]:
-    """Return nodes and triangles, where each side of some triangles is divided into so many even parts.
-
-    Nodes along rims of some numbers of corners come first, in their order.
-    """
-    j, i = (each.ravel() for each in np.meshgrid(*2 * [np.arange(parts + 1)]))
-    i, j = i[i + j <= parts], j[i + j <= parts]
-    place = np.full((parts + 2, parts + 2), -1)
-    place[i, j] = np.arange(i.size)
-    up, down = i + j < parts, i + j < parts - 1
-    a, b, c, d = place[i, j], place[i + 1, j], place[i, j + 1], place[i + 1, j + 1]
-    small = np.vstack([np.column_stack([a, b, c])[up], np.column_stack([b, d, c])[down]])
-    corner, steps, first = list[Integers](), np.arange(parts), 0
-    for size in rims:
-        here = first + np.arange(size)
-        corner.append(np.column_stack([here, np.roll(here, -1), np.roll(here, -1)]).repeat(parts, axis=0))
-        first += size
-    weights = np.vstack([np.tile(np.column_stack([parts - steps, steps, 0 * steps]), (first, 1)),
-                         np.tile(np.column_stack([parts - i - j, i, j]), (len(simplices), 1))])
-    corners = np.vstack([*corner, simplices.repeat(i.size, axis=0)])
-    keys = np.sort(np.where(weights > 0, corners * (parts + 1) + weights, -1), axis=1)
-    _, one, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(one)  # as they come
-    number = np.argsort(order)[which.ravel()][first * parts :]
-    nodes = np.einsum("nk,nkd->nd", weights[one[order]] / parts, points[corners[one[order]]])
-    return nodes, number.reshape(len(simplices), -1)[:, small].reshape(-1, 3)
-
-
-def _offset(loop: Array, depth: float) -> Array:
-    """Return the polygon moved to the left of its direction by `depth`, mitred."""
-    before, after = np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0)
-    n1, n2 = (_left(b - a) for a, b in ((before, loop), (loop, after)))
-    return np.asarray(loop + depth * (n1 + n2) / (1.0 + (n1 * n2).sum(1, keepdims=True)))
-
-
-def _left(v: Array) -> Array:
-    """Return unit normals to the left."""
-    return np.asarray(np.column_stack([-v[:, 1], v[:, 0]]) / np.linalg.norm(v, axis=1, keepdims=True))
-
-
 def _shares(loop: Array, grading: Grading) -> list[Array]:
     """Return where each edge is divided, from 0 to 1, so that no piece is longer than cells may be there."""
     found = []
@@ -234,46 +195,6 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
         count = max(int(np.ceil(number[-1] - 1e-9)), 1)
         found.append(np.interp(np.arange(count + 1) / count, number / number[-1], share))
     return found
-
-
-def _crossing(start: Array, step: Array, a: Array, b: Array) -> tuple[Array, Array]:
-    """Return where lines from `start` along `step` meet edges a-b: parameters on both (n, m), nan where parallel."""
-    side = b - a
-    cross = step[:, None, 0] * side[:, 1] - step[:, None, 1] * side[:, 0]
-    cross = np.where(np.abs(cross) > 1e-12 * np.abs(cross).max(), cross, np.nan)
-    gap = a - start[:, None, :]
-    s = (gap[..., 0] * side[:, 1] - gap[..., 1] * side[:, 0]) / cross
-    t = (gap[..., 0] * step[:, None, 1] - gap[..., 1] * step[:, None, 0]) / cross
-    return s, t
-
-
-def _narrowest(loops: list[Array]) -> float:
-    """Return the smallest width of metal, looking inwards from every edge; or what an edge loses to its mitres."""
-    a, b = edges(loops)
-    share = np.array([0.02, 0.25, 0.5, 0.75, 0.98])
-    start = (a[:, None, :] + share[:, None] * (b - a)[:, None, :]).reshape(-1, 2)
-    s, t = _crossing(start, np.repeat(_left(b - a), share.size, axis=0), a, b)
-    scale = float(np.ptp(a, axis=0).max())
-    hit = (s > 1e-9 * scale) & (t >= 0.0) & (t <= 1.0) & ~np.repeat(_neighbours(loops), share.size, axis=0)
-    width = float(np.min(s[hit])) if hit.any() else scale
-    for loop in loops:
-        lost = np.linalg.norm(loop - np.roll(loop, -1, axis=0), axis=1)
-        inner = _offset(loop, 1.0)
-        shrink = lost - ((np.roll(inner, -1, axis=0) - inner) * (np.roll(loop, -1, axis=0) - loop)).sum(1) / lost
-        width = min(width, float(np.min(np.where(shrink > 1e-9, lost / np.maximum(shrink, 1e-9), np.inf))))
-    return width
-
-
-def _neighbours(loops: list[Array]) -> Mask:
-    """Return edges that share a corner: there the mitre, not the width, limits the depth."""
-    total = sum(len(loop) for loop in loops)
-    near = np.zeros((total, total), dtype=bool)
-    start = 0
-    for loop in loops:
-        here = start + np.arange(len(loop))
-        near[here, np.roll(here, 1)] = near[here, np.roll(here, -1)] = True
-        start += len(loop)
-    return near
 
 
 def _lattice(cores: list[Array], grading: Grading) -> Array:

@@ -191,3 +191,31 @@ def standing_nodes(plan: CellPlan, seams: Seams, character: Complex) -> tuple[In
         elif image > node and stands[image] == image:
             stands[image], factor[image] = node, turn[g]
     return stands, factor
+
+
+def divided_triangles(points: Array, simplices: Integers, parts: int, rims: list[int]) -> tuple[Array, Integers]:
+    """Return nodes and triangles, where each side of some triangles is divided into so many even parts.
+
+    Nodes along rims of some numbers of corners come first, in their order.
+    """
+    j, i = (each.ravel() for each in np.meshgrid(*2 * [np.arange(parts + 1)]))
+    i, j = i[i + j <= parts], j[i + j <= parts]
+    place = np.full((parts + 2, parts + 2), -1)
+    place[i, j] = np.arange(i.size)
+    up, down = i + j < parts, i + j < parts - 1
+    a, b, c, d = place[i, j], place[i + 1, j], place[i, j + 1], place[i + 1, j + 1]
+    small = np.vstack([np.column_stack([a, b, c])[up], np.column_stack([b, d, c])[down]])
+    corner, steps, first = list[Integers](), np.arange(parts), 0
+    for size in rims:
+        here = first + np.arange(size)
+        corner.append(np.column_stack([here, np.roll(here, -1), np.roll(here, -1)]).repeat(parts, axis=0))
+        first += size
+    weights = np.vstack([np.tile(np.column_stack([parts - steps, steps, 0 * steps]), (first, 1)),
+                         np.tile(np.column_stack([parts - i - j, i, j]), (len(simplices), 1))])
+    corners = np.vstack([*corner, simplices.repeat(i.size, axis=0)])
+    keys = np.sort(np.where(weights > 0, corners * (parts + 1) + weights, -1), axis=1)
+    _, one, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(one)  # as they come
+    number = np.argsort(order)[which.ravel()][first * parts :]
+    nodes = np.einsum("nk,nkd->nd", weights[one[order]] / parts, points[corners[one[order]]])
+    return nodes, number.reshape(len(simplices), -1)[:, small].reshape(-1, 3)

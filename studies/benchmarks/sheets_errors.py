@@ -68,15 +68,16 @@ def reference(number: int) -> complex:
                 ).finer.flux
             except SolveFailed:
                 continue
-    usual = rungs.ROUGHEST, rungs._RINGS
+    usual = rungs.ROUGHEST, rungs._ANY
     try:
         for finer, outlines in FINER:
-            rungs.ROUGHEST, rungs._RINGS = (0.0, finer), (outlines,) * 2  # there is no coarser one to take
+            rungs.ROUGHEST = 0.0, finer  # there is no coarser one to take
+            rungs._ANY = dict.fromkeys(usual[1], (outlines,) * 2)
             with suppress(*REFUSED):
                 found = unprepared(scene, ANY).impedance(scene.pose, scene.sensor.frequency)
                 return complex(found.R.item(), omega * (found.L - found.L0).item())
     finally:
-        rungs.ROUGHEST, rungs._RINGS = usual
+        rungs.ROUGHEST, rungs._ANY = usual
     return complex(math.nan, math.nan)
 
 

@@ -81,7 +81,8 @@ _ORDER, _FASTER = 2.0, (6.0, 1.0)  # of errors in the cells' size; how much high
 _CROWDED, _COARSE = 2.3, 0.3  # thickness, and skin depth divided for, over the skin depth where it begins to
 ACROSS, ACROSS_LEVEL = 0.58, 4.0
 """Sheet at a face over the skin depth, on a level across; on others in proportion."""
-_RINGS = (2, 3, 4), (3, 4, 6)  # of rings and outlines: R a third as far off as by (4, 5, 6), half as by (3, 3, 6)
+_ANY = {"ring": ((2, 3, 4), (3, 4, 6)), "outline": ((2, 3, 4), (3, 4, 5))}
+"""Levels along: of rings R is a third as far off as by (4, 5, 6); outlines by (3, 4, 6) take twice the time."""
 ROUGH = 3e-2
 """The asked error from which the first will do."""
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
@@ -113,8 +114,9 @@ def rung_for(tolerance: float, plates: Sequence[Target], half: float) -> PlateRu
         rung = replace(rung, along=along, across=across if across[0] > 1 else rung.across)
     if half / 3 <= ACROSS * ACROSS_LEVEL / rung.across[2]:
         rung = replace(rung, across=(1, 2, 3))
-    if any(plate.shape in ("outline", "ring") for plate in plates):
-        return replace(rung, along=_RINGS[int(tolerance < ROUGH)])
+    other = [_ANY[plate.shape] for plate in plates if plate.shape in _ANY]
+    if other:
+        return replace(rung, along=max(other)[int(tolerance < ROUGH)])
     return rung
 
 

@@ -141,7 +141,7 @@ def test_memory_grows_like_the_square_of_the_cells() -> None:
     """Of an outline with narrow places at 2e-2, several GiB: what finer cells take is no matter of their making."""
     slotted = drawn("slotted_disc").target
     fine, coarse = family(slotted, 2e-2), family(slotted, 5e-2)
-    cells = [max(len(plan.cells) for plan, _ in each.divisions) for each in (fine, coarse)]
+    cells = [max(len(plan.cells) * (z.size - 1) for plan, z in each.divisions) for each in (fine, coarse)]
     assert fine.needed / coarse.needed == pytest.approx((cells[0] / cells[1]) ** 2, rel=0.2)
     assert fine.needed > 4 * GIB > coarse.needed
     plan = fine.divisions[0][0]
