@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
-    from sits_mech.analysis.bench import sensor_calibration, terminal_calibration
     from sits_mech.analysis.envelope import envelope
+    from sits_mech.analysis.readings.bench import sensor_calibration, terminal_calibration
     from sits_mech.analysis.spectrum import spectrum
     from sits_mech.batch.run import open_sweep
     from sits_mech.batch.sweep import sweep
     from sits_mech.chain.calibrate import calibrate
-    from sits_mech.chain.cell_forces import cell_forces
-    from sits_mech.chain.cells import cell_crosstalk, cell_touch
+    from sits_mech.chain.cells.crosstalk import cell_crosstalk, cell_touch
+    from sits_mech.chain.cells.forces import cell_forces
     from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model
-    from sits_mech.chain.plan import plan
+    from sits_mech.chain.plans.plan import plan
     from sits_mech.chain.simulate import simulate
     from sits_mech.export.calibrations import adapt, compare, export_calibration, invert, quality
     from sits_mech.magnetics.slopes import slopes
@@ -42,17 +42,17 @@ __all__ = [
 ]
 
 _HOMES = {
-    "analysis.bench": ("sensor_calibration", "terminal_calibration"),
+    "analysis.readings.bench": ("sensor_calibration", "terminal_calibration"),
     "analysis.envelope": ("envelope",),
     "chain.calibrate": ("calibrate",),
-    "chain.cell_forces": ("cell_forces",),
-    "chain.cells": ("cell_crosstalk", "cell_touch"),
+    "chain.cells.forces": ("cell_forces",),
+    "chain.cells.crosstalk": ("cell_crosstalk", "cell_touch"),
     "chain.derivatives.gradient": ("gradient",),
     "synthesis.run": ("design",),
     "export.calibrations": ("adapt", "compare", "export_calibration", "invert", "quality"),
     "report.folder": ("read_calibration",),
     "chain.models": ("magnetic_model", "mechanical_model"),
-    "chain.plan": ("plan",),
+    "chain.plans.plan": ("plan",),
     "chain.simulate": ("simulate",),
     "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),

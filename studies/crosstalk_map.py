@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.readings.bench import sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.readout.crosstalk import crosstalk, rotation_error
 from sits_mech.report.pictures.style import save_figure

@@ -26,7 +26,7 @@ import numpy as np
 from common.accuracy import forget
 from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.readings.bench import sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import magnetic_model
 from sits_mech.quantities import POSE, Array, Pose

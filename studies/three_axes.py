@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.bench import model_errors, sensor_calibration
+from sits_mech.analysis.readings.bench import model_errors, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.propagation import poses_of, read_poses

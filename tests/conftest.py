@@ -315,8 +315,10 @@ def triaxial() -> tuple[Any, Any]:
 @pytest.fixture(scope="session")
 def numerics_alone() -> Callable[[], AbstractContextManager[None]]:
     """Models that leave nothing out: for readings that are made by the same models, and errors of numerics."""
-    from sits_mech.chain import aimed, left_out, models, plan
-    from sits_mech.magnetics.tracks import Tracks
+    from sits_mech.chain import models
+    from sits_mech.chain.omitted import mechanical as left_out
+    from sits_mech.chain.plans import aimed, plan
+    from sits_mech.magnetics.coils.tracks import Tracks
 
     @contextmanager
     def alone() -> Iterator[None]:

@@ -64,14 +64,14 @@ PORTABLE = {"signal.SIGINT", "signal.SIGTERM", "signal.SIG_DFL", "signal.SIG_IGN
 
 # files without tests of their own at the mirrored place, and where they are tested instead
 UNMIRRORED = {
-    "mechanics/pressed.py": "tests/mechanics/test_cells.py: a touch as by another code, as a wrench, at finite strain",
+    "mechanics/cells/pressed.py": "tests/mechanics/cells/test_targets.py: a touch as by another code, at finite strain",
     "__main__.py": "tests/cli/test_main.py: the package is the command",
     "magnetics/space/plates.py": "tests/magnetics/space/test_near.py: plates of scenes, near, far and at rest",
     "magnetics/space/boxes.py": "tests/magnetics/test_sheets_outline.py: boxes beside prisms of the same shape",
-    "magnetics/space/skin.py": "tests/magnetics/space/test_permeable.py: plates of all skin depths",
-    "magnetics/space/shell_plans.py": "tests/magnetics/space/test_permeable.py: discs, squares, few cells far away",
-    "analysis/codes.py": "tests/analysis/test_bench.py: codes back to L, and their slopes beside those of tables",
-    "analysis/built/force_maps.py": "tests/analysis/built/test_loaded.py: maps that benches follow",
+    "magnetics/permeable/skin.py": "tests/magnetics/permeable/test_plates.py: plates of all skin depths",
+    "magnetics/permeable/shell_plans.py": "tests/magnetics/permeable/test_plates.py: discs, squares, few cells",
+    "analysis/readings/codes.py": "tests/analysis/readings/test_bench.py: codes back to L, and their slopes",
+    "analysis/bench/force_maps.py": "tests/analysis/bench/test_loaded.py: maps that benches follow",
     "analysis/material/uniaxial.py": "tests/silicone/test_uniaxial.py: every law, with rate and softening",
     "analysis/built/prior.py": "tests/analysis/built/test_adaptation.py: what is known before, and after a tare",
     "boards/copper.py": "tests/boards/test_kicad.py: what is read of a board",
@@ -84,7 +84,7 @@ UNMIRRORED = {
         (f"cli/{name}.py" for name in ("console", "grids", "inform", "options", "products", "read", "solve")),
         "tests/cli/test_main.py: through the command line",
     ),
-    "cli/readings.py": "tests/analysis/test_bench.py: readings of invert, given and refused",
+    "cli/readings.py": "tests/analysis/readings/test_bench.py: readings of invert, given and refused",
     "analysis/histories/interpolant.py": "tests/analysis/histories/test_response.py: values and errors between times",
     "inputs.py": "tests/scene/test_sensor.py: what files are refused for; tests/scene/test_bounds.py: kinds of keys",
     "synthesis/solved/loads.py": "tests/synthesis/solved/test_figures.py: polynomials and their slopes",
@@ -107,10 +107,10 @@ UNMIRRORED = {
     **dict.fromkeys(
         ("geometry/outline.py", "geometry/sheet_plan.py"), "tests/magnetics/test_sheets_outline.py: the sheets on them"
     ),
-    "scene/turns.py": "tests/geometry/test_tracks.py: turns of every shape",
+    "scene/parts/turns.py": "tests/geometry/test_tracks.py: turns of every shape",
     "geometry/plates.py": "tests/magnetics/space/test_neighbours.py: conductors made of them",
     "magnetics/section/elements.py": "tests/magnetics/test_field_parts.py: the field that it solves",
-    "magnetics/disc.py": "tests/magnetics/test_rings.py: its impedance",
+    "magnetics/axis/disc.py": "tests/magnetics/test_rings.py: its impedance",
     "magnetics/axis/coaxial.py": "tests/magnetics/test_axis_fem.py: scenes and poses off the axis",
     "magnetics/space/coupling.py": "tests/magnetics/test_sheets.py: fluxes in the sheets",
     "magnetics/space/loops.py": "tests/magnetics/test_sheets_outline.py: its loops",
@@ -124,7 +124,8 @@ UNMIRRORED = {
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
     **dict.fromkeys(
-        (f"chain/{name}.py" for name in ("flags", "left_out", "rests")), "tests/chain/test_simulate.py: whole answers"
+        (f"chain/{name}.py" for name in ("flags", "omitted/mechanical", "rests")),
+        "tests/chain/test_simulate.py: whole answers",
     ),
     "mechanics/pad/planar.py": "tests/mechanics/test_layer.py: the layers on these meshes converge",
     "mechanics/pad/solid.py": "tests/mechanics/test_block.py: the pads on these meshes converge",
@@ -148,9 +149,9 @@ UNMIRRORED = {
     "report/tables/drift.py": "tests/cli/test_main.py: simulate over temperature",
     "report/tables/cases.py": "tests/batch/test_run.py: sweep prints it",
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
-    "report/tables/readings.py": "tests/analysis/test_bench.py: invert and converter print it",
+    "report/tables/readings.py": "tests/analysis/readings/test_bench.py: invert and converter print it",
     **dict.fromkeys(
-        (f"scene/{name}.py" for name in ("materials", "parts")), "tests/scene/test_sensor.py: whole scenes"
+        (f"scene/{name}.py" for name in ("materials", "parts/metal")), "tests/scene/test_sensor.py: whole scenes"
     ),
     **dict.fromkeys(
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),
@@ -447,7 +448,7 @@ def test_the_core_stands_alone() -> None:
         "import sys\n"
         f"sys.modules |= dict.fromkeys(['sits_mech.' + room for room in {PLUGGED}])  # to import one raises\n"
         "from sits_mech.chain.calibrate import calibrate\n"
-        "from sits_mech.chain.plan import plan\n"
+        "from sits_mech.chain.plans.plan import plan\n"
         "from sits_mech.chain.simulate import simulate\n"
         "from sits_mech.quantities import Wrench\n"
         "from sits_mech.readout.calibration import calibration\n"

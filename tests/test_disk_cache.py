@@ -61,7 +61,7 @@ def test_what_differs_in_anything_is_another(where: Path) -> None:
         numbers({}, made)
 
 
-MAKERS = "magnetics.space.divisions", "magnetics.coils.resistance", "mechanics.linear", "analysis.built.force_maps"
+MAKERS = "magnetics.space.divisions", "magnetics.coils.resistance", "mechanics.linear", "analysis.bench.force_maps"
 
 
 @pytest.mark.parametrize("maker", MAKERS)

@@ -28,7 +28,7 @@ def test_functions_are_not_hidden_by_their_files() -> None:
     )
     own = "[name for name in sys.modules if name.startswith('sits_mech')]"
     forget = f"import sys\nfor name in {own}: del sys.modules[name]\n"
-    orders = ("", "import sits_mech.chain\n", "import sits_mech.batch.sweep, sits_mech.chain.plan\n")
+    orders = ("", "import sits_mech.chain\n", "import sits_mech.batch.sweep, sits_mech.chain.plans.plan\n")
     code = "".join(f"{forget}{before}{looked}" for before in orders)
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)

@@ -21,11 +21,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from sits_mech.chain.aimed import aim_at
 from sits_mech.chain.flags import flags_over
-from sits_mech.chain.goal import farthest
-from sits_mech.chain.left_out import with_omissions
 from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.omitted.mechanical import with_omissions
+from sits_mech.chain.plans.aimed import aim_at
+from sits_mech.chain.plans.goal import farthest
 from sits_mech.chain.propagation import PoseReadings, poses_of, read_poses
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled
@@ -35,7 +35,7 @@ from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
 from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
 from sits_mech.readout.signals import moves, shown_signals
-from sits_mech.scene.elastomer import pad_volume
+from sits_mech.scene.parts.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
 from sits_mech.status import joined, marked

@@ -30,7 +30,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from sits_mech.analysis.bench import table_poses
+from sits_mech.analysis.readings.bench import table_poses
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded_pose

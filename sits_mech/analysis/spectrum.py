@@ -25,12 +25,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sits_mech.analysis.terminals import own_capacitance, pulling, terminal_impedance, with_capacitance
+from sits_mech.analysis.readings.terminals import own_capacitance, pulling, terminal_impedance, with_capacitance
 from sits_mech.arguments import checked_arguments
 from sits_mech.geometry.tracks import wave_notes
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.resistance import track_resistance
-from sits_mech.magnetics.tracks import Tracks, with_tracks
+from sits_mech.magnetics.coils.tracks import Tracks, with_tracks
 from sits_mech.notes import Note, Omission, OmissionKind
 from sits_mech.quantities import Array, Impedance, MagneticModel, Pose, SolveReport, kept_report
 from sits_mech.readout.converter import CONVERTERS, tank_frequency

@@ -29,7 +29,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.stats import norm, qmc, sobol_indices
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.readings.bench import sensor_calibration
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.geometry.collision import Collision

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import self_inductances
+from sits_mech.analysis.readings.bench import self_inductances
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.magnetics.pose_slopes import pose_slopes
 from sits_mech.quantities import POSE, WRENCH, Array, MagneticModel, MechanicalModel, Pose, Wrench

@@ -37,7 +37,7 @@ from sits_mech.batch.run import Case, keys
 from sits_mech.batch.studies.asked import Shared, Study
 from sits_mech.cases import attempt, grouped
 from sits_mech.chain.interpolate import loads_of
-from sits_mech.chain.plan import table_seconds
+from sits_mech.chain.plans.plan import table_seconds
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.magnetics.answer import clearances

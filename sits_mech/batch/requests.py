@@ -18,8 +18,8 @@ from pydantic import BaseModel, create_model
 
 from sits_mech.batch.tables import SWEPT, table_row
 from sits_mech.chain.flags import rest_flags
-from sits_mech.chain.left_out import mechanical_omissions, within_omissions
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
+from sits_mech.chain.omitted.mechanical import mechanical_omissions, within_omissions
 from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate
@@ -165,7 +165,7 @@ def _simulate(variant: Variant, asked: Row) -> Row:
 
 def _cells(variant: Variant, asked: Row) -> Row:
     """Return what two cells, or four with `pitch_y` too, read of each other at most as a row."""
-    from sits_mech.chain.cells import FORCES, cell_crosstalk
+    from sits_mech.chain.cells.crosstalk import FORCES, cell_crosstalk
 
     x, y = asked["pitch_x"] / 2.0, asked.get("pitch_y", 0.0) / 2.0
     places = [(i * x, j * y) for j in ((-1, 1) if y else (0,)) for i in (-1, 1)]
@@ -211,8 +211,8 @@ def with_quality(sensor: Sensor, data: xr.Dataset) -> Row:
     Resolution by the converter's noise and model errors [N, N m]; shares of each force's full scale: nonlinearity of
     its own signal, crosstalk of linear sums of all coils and of the inverse.
     """
-    from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
     from sits_mech.analysis.limits import limits_of
+    from sits_mech.analysis.readings.bench import coil_table, sensor_calibration, sensor_front_end
     from sits_mech.readout.quality import quality
 
     _check_converter(sensor)

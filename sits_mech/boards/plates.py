@@ -34,8 +34,8 @@ from sits_mech.boards.route import Route, Run
 from sits_mech.boards.stackup import CopperLayer
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
-from sits_mech.scene.outlines import polygon, signed_area
-from sits_mech.scene.parts import Conductor
+from sits_mech.scene.parts.metal import Conductor
+from sits_mech.scene.parts.outlines import polygon, signed_area
 from sits_mech.scene.sensor import Sensor
 from sits_mech.units import SceneError
 

@@ -30,8 +30,8 @@ from sits_mech.boards.route import Route, Run, route
 from sits_mech.boards.stackup import METRES, permittivity
 from sits_mech.boards.windings import hint
 from sits_mech.quantities import Array
-from sits_mech.scene.coils import Coil
 from sits_mech.scene.files import written
+from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.units import SceneError, shown
 from sits_mech.units import millimetres as mm

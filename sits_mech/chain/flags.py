@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sits_mech.chain.goal import Goal
+from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import sized
 from sits_mech.notes import Omission

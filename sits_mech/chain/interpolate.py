@@ -1,10 +1,10 @@
 """Solve some loads of a grid, and interpolate the poses of the others.
 
 Which loads are solved, and what stands between them, is decided by `maps.grid`: the map of the poses must be within the
-tolerance of the range of each of their components, the target's edges included, and of the signals (goal.py). The error
-of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved whole
-where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves more
-than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one or
+tolerance of the range of each of their components, the target's edges included, and of the signals (plans/goal.py). The
+error of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved
+whole where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves
+more than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one or
 two loads (corrections.py).
 """
 
@@ -21,8 +21,8 @@ import numpy as np
 
 from sits_mech.cases import Progress, untold
 from sits_mech.chain.corrections import corrected_loads
-from sits_mech.chain.goal import Goal
-from sits_mech.chain.prices import FOURTH, MANY_ON_THREE
+from sits_mech.chain.plans.goal import Goal
+from sits_mech.chain.plans.prices import FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again

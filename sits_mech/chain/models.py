@@ -3,8 +3,8 @@
 A model's error is that of its numerics and of all that it leaves out of the question (description.py). Of the models
 that hold a scene the cheapest by counts is taken whose error is within the tolerance, the numerics having what the
 omissions leave of it; where there is none, the one with the least error, and the answer's status says so. Fixed
-conductors that a bound shows to be too far away to matter are left out first (conductors.py). A section that was not
-asked for by name answers in henry: its change of inductance relative to the coils' own inductances in space.
+conductors that a bound shows to be too far away to matter are left out first (omitted/conductors.py). A section that
+was not asked for by name answers in henry: its change of inductance relative to the coils' own inductances in space.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from typing import NamedTuple
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.bending import bending, solved_bending
-from sits_mech.chain.conductors import AmongFar, negligible, without_far
-from sits_mech.chain.goal import HALF
+from sits_mech.chain.omitted.bending import bending, solved_bending
+from sits_mech.chain.omitted.conductors import AmongFar, negligible, without_far
+from sits_mech.chain.plans.goal import HALF
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.description import Cost, Description, Question, Refusal, total
+from sits_mech.magnetics.coils.tracks import Tracked
 from sits_mech.magnetics.models import MODELS as MAGNETIC
-from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.closed_form import is_film
 from sits_mech.mechanics.models import MODELS as MECHANICAL
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -103,7 +103,7 @@ class Choice:
     tolerance : float
         Asked of its numerics.
     bent : bool
-        Whether a mechanical model bends the target (chain/bending.py).
+        Whether a mechanical model bends the target (chain/omitted/bending.py).
     """
 
     name: str
@@ -333,7 +333,7 @@ def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> 
         model = Tracked(model, solved)
     far = tuple(part for part in sensor.conductors if part not in solved.conductors)
     if len(choice.left_out) > len(far):
-        from sits_mech.magnetics.ends import Whole  # the coarse answers in space that sizes are taken from
+        from sits_mech.magnetics.omitted.ends import Whole  # the coarse answers in space that sizes are taken from
 
         model = Whole(model, solved, description)
     return AmongFar(model, sensor, solved, description.per_metre, negligible(tolerance)) if far else model

@@ -13,16 +13,16 @@ import math
 from typing import NamedTuple
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.left_out import mechanical_omissions, within_omissions
 from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.omitted.mechanical import mechanical_omissions, within_omissions
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.mechanics.depth import Depth, TouchLoad, at_depth, depth_of
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import LEFT, STEPS
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
+from sits_mech.scene.parts.touch import Touch
 from sits_mech.scene.sensor import SceneError, Sensor, shape_on_cover, stack_of
 from sits_mech.scene.thermal import at_temperature
-from sits_mech.scene.touch import Touch
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.aimed import aim_at
-from sits_mech.chain.goal import Goal
-from sits_mech.chain.left_out import including, mechanical_omissions
 from sits_mech.chain.models import Choice, loaded_model
-from sits_mech.chain.prices import Look
+from sits_mech.chain.omitted.mechanical import including, mechanical_omissions
+from sits_mech.chain.plans.aimed import aim_at
+from sits_mech.chain.plans.goal import Goal
+from sits_mech.chain.plans.prices import Look
 from sits_mech.chain.propagation import poses_of
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.levels.load_path import depends_on_path

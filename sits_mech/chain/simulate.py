@@ -15,11 +15,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.aimed import Promise
 from sits_mech.chain.flags import rest_flags, whole_error
-from sits_mech.chain.goal import goal_at
-from sits_mech.chain.left_out import including
 from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.omitted.mechanical import including
+from sits_mech.chain.plans.aimed import Promise
+from sits_mech.chain.plans.goal import goal_at
 from sits_mech.chain.propagation import poses_of, read_poses, signals_at
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sits_mech.analysis.built.fit import EndReached
     from sits_mech.analysis.built.prior import Prior
     from sits_mech.analysis.built.production import Production
-    from sits_mech.analysis.measured import Tank
+    from sits_mech.analysis.readings.measured import Tank
     from sits_mech.scene.sensor import Sensor
 
 
@@ -67,7 +67,7 @@ class PriorOptions:
 
     def tank(self, prior: Prior) -> Tank | None:
         """Return how codes become inductances."""
-        from sits_mech.analysis.codes import tank_of
+        from sits_mech.analysis.readings.codes import tank_of
 
         return tank_of(prior.sensor, prior.data, clock_of(self.clock, prior.sensor.readout.converter))
 
@@ -120,7 +120,7 @@ def adapt(
     sensor, data = read_calibration(folder)
     prior = known.prior(sensor, data)
     if plan is not None:
-        from sits_mech.analysis.built.load_plan import Bench, plan_loads
+        from sits_mech.analysis.bench.load_plan import Bench, plan_loads
         from sits_mech.report.tables.built import adapt_plan_record, adapt_plan_tables
 
         rig, at_hand = rig or ("weights" if weights else "stage"), Bench.written(weights, step)
@@ -179,10 +179,10 @@ def lot(
         raise SceneError(f"lot: must have --limit between 0 and 100 % and --plan of one or more; got {limit}, {plan}")
     check_readable(bench, "a readable measurement")
 
+    from sits_mech.analysis.bench.load_plan import plan_loads
     from sits_mech.analysis.built.delivered import delivered, spread_of
-    from sits_mech.analysis.built.load_plan import plan_loads
     from sits_mech.analysis.built.production import produced
-    from sits_mech.analysis.measured import read_units
+    from sits_mech.analysis.readings.measured import read_units
     from sits_mech.export.calibrations import read_with
     from sits_mech.readout.loads import fixed
     from sits_mech.report.folder import read_calibration
@@ -269,8 +269,8 @@ def _unit_rows(found: Production, record: dict[str, Any]) -> str:
     import csv
     import io
 
-    from sits_mech.analysis.bench import code_calibration
     from sits_mech.analysis.built.constants import constants_of
+    from sits_mech.analysis.readings.bench import code_calibration
     from sits_mech.export.firmware import unit_numbers
 
     prior, rows, cal = found.start, [], None

@@ -164,7 +164,7 @@ def solving(
 
     `magnetics` None: the target's pose alone is asked for.
     """
-    from sits_mech.chain.plan import planned_seconds
+    from sits_mech.chain.plans.plan import planned_seconds
     from sits_mech.report.tables.plan import taken_words
 
     warn(taken_words(*planned_seconds(sensor, loads, tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)))

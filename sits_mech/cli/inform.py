@@ -146,7 +146,7 @@ def explain(
     check_request(sensor, vars(wrench), **asdict(models))
 
     from sits_mech.analysis.ladder import ladder as solved
-    from sits_mech.chain.plan import plan
+    from sits_mech.chain.plans.plan import plan
     from sits_mech.report.tables.plan import ladder_record, ladder_tables, plan_record, plan_tables, rung_line
 
     loads = [wrench] if wrench.components.any() else []

@@ -196,7 +196,7 @@ class LoadGrid:
         By default those that the coils resolve: no shear along an axis on which all have one place.
         """
         from sits_mech.quantities import LOAD_ARGUMENTS
-        from sits_mech.scene.coils import usual_loads
+        from sits_mech.scene.parts.coils import usual_loads
 
         usual = usual_loads(sensor.coils, slides=sensor.slides)
         if self.fx is not None:

@@ -120,7 +120,7 @@ def converter(
         check_settings(converters.converter(part), hertz, rcount)
     sensor, data = read_calibration(folder)
 
-    from sits_mech.analysis.bench import sensor_front_end
+    from sits_mech.analysis.readings.bench import sensor_front_end
     from sits_mech.report.tables.readings import front_end_record, front_end_table
 
     found, missing = sensor_front_end(sensor, data, clock=hertz, rcount=rcount)
@@ -175,7 +175,7 @@ def quality(
     if noise is None and sensor.readout.converter == "none":
         raise SceneError('--noise: must be given, such as "1 pH": the scene has readout.converter = "none"')
 
-    from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
+    from sits_mech.analysis.readings.bench import sensor_calibration, sensor_front_end
     from sits_mech.analysis.wrenches import resolved_components
     from sits_mech.chain.derivatives.temperature import has_slopes
     from sits_mech.export.calibrations import quality as figures
@@ -228,7 +228,7 @@ def compare(
         raise SceneError(f"--magnetics: must be given with a scene alone, a calibration has its own; got {magnetics}")
     check_readable(measured, "a readable measurement")
 
-    from sits_mech.analysis.bench import convention, with_idle
+    from sits_mech.analysis.readings.bench import convention, with_idle
     from sits_mech.export import calibrations
     from sits_mech.report.plots.measured import comparison_figure, comparison_record, comparison_rows
     from sits_mech.report.tables.solves import key_table
@@ -299,9 +299,9 @@ def _warn_of(
 
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:
     """Return the drift of a calibrated sensor with temperature; nothing, and why, where readings have no inverse."""
-    from sits_mech.analysis.bench import coil_table
-    from sits_mech.analysis.codes import code_slopes
     from sits_mech.analysis.drift import drift
+    from sits_mech.analysis.readings.bench import coil_table
+    from sits_mech.analysis.readings.codes import code_slopes
     from sits_mech.report.tables.drift import drift_record
 
     try:
@@ -317,8 +317,8 @@ def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]
 
 def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array]:
     """Return the inductances of a table's largest load while it comes and goes, the second time."""
-    from sits_mech.analysis.bench import branches
     from sits_mech.analysis.cycle import load_cycle, triangle
+    from sits_mech.analysis.readings.bench import branches
     from sits_mech.quantities import Wrench
     from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
     from sits_mech.units import SceneError

@@ -108,7 +108,7 @@ def _named(coils: Sequence[str], option: str, text: str) -> tuple[int, str, str]
 
 def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str | None) -> CalibratedReading:
     """Return written inductances and the calibration at the terminals, in henry."""
-    from sits_mech.analysis.bench import convention, self_inductances, terminal_calibration, with_idle
+    from sits_mech.analysis.readings.bench import convention, self_inductances, terminal_calibration, with_idle
 
     cal, free = terminal_calibration(sensor, data, idle), np.diagonal(data["L0"].to_numpy())
     per_metre, even = str(data.attrs["unit_L"]) == "H/m", self_inductances(sensor)
@@ -119,7 +119,7 @@ def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str 
 
 def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str | None) -> str:
     """Return in words that readings in henry are of a load with idle coils the other way; "" where they are not."""
-    from sits_mech.analysis.bench import other_way, terminal_calibration
+    from sits_mech.analysis.readings.bench import other_way, terminal_calibration
 
     other, words = other_way(idle or sensor.readout.idle_coil)
     if len(sensor.coils) < 2 or terminal_calibration(sensor, data, other).inverse(values).status != "ok":
@@ -147,7 +147,7 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple
 
 def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> CalibratedReading:
     """Return written codes and the calibration in codes."""
-    from sits_mech.analysis.bench import code_calibration, convention, sensor_front_end
+    from sits_mech.analysis.readings.bench import code_calibration, convention, sensor_front_end
 
     hertz = clock_of(clock, sensor.readout.converter)
     cal, below = code_calibration(sensor, data, clock=hertz), sensor_front_end(sensor, data, clock=hertz)[0].below

@@ -50,7 +50,7 @@ from sits_mech.status import flags_of
 from sits_mech.units import SceneError, frequency_range, quantity
 
 if TYPE_CHECKING:
-    from sits_mech.chain.cells import CellCrosstalk, CellTouch
+    from sits_mech.chain.cells.crosstalk import CellCrosstalk, CellTouch
     from sits_mech.quantities import Wrench
     from sits_mech.scene.cells import Cells
     from sits_mech.scene.sensor import Sensor
@@ -70,8 +70,8 @@ def pose(
     loads = [*via, given.wrench]
 
     from sits_mech.chain.flags import rest_flags
-    from sits_mech.chain.left_out import mechanical_omissions, within_omissions
     from sits_mech.chain.models import mechanical_model
+    from sits_mech.chain.omitted.mechanical import mechanical_omissions, within_omissions
     from sits_mech.chain.rests import at_rest
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
@@ -107,7 +107,7 @@ def inductance(
 
     from sits_mech.analysis.spectrum import at_terminals, spectrum
     from sits_mech.chain.models import magnetic_model
-    from sits_mech.chain.plan import POSE_GIVEN, magnetic_omissions
+    from sits_mech.chain.plans.plan import POSE_GIVEN, magnetic_omissions
     from sits_mech.report.records import impedance_record, spectrum_record, status_record
     from sits_mech.report.tables.plan import left_out_tables
     from sits_mech.report.tables.solves import impedance_table, spectrum_table, terminal_table
@@ -168,7 +168,7 @@ def simulate(
 
     from sits_mech.analysis.spectrum import at_terminals
     from sits_mech.chain.models import Choice
-    from sits_mech.chain.plan import magnetic_omissions
+    from sits_mech.chain.plans.plan import magnetic_omissions
     from sits_mech.chain.simulate import simulate as simulated
     from sits_mech.report.records import simulation_record
     from sits_mech.report.tables.plan import left_out_tables
@@ -283,8 +283,8 @@ def _solved_cells(
     given: Cells, tolerance: float, press: float | None, header: Path | None
 ) -> CellCrosstalk | CellTouch:
     """Return what cells read, of the touch where there is one; write the header of their forces where it is wanted."""
-    from sits_mech.chain.cell_forces import cell_forces
-    from sits_mech.chain.cells import cell_crosstalk, cell_touch
+    from sits_mech.chain.cells.crosstalk import cell_crosstalk, cell_touch
+    from sits_mech.chain.cells.forces import cell_forces
     from sits_mech.export.cells import cells_header
 
     if given.touch is not None:

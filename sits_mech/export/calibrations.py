@@ -15,14 +15,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from sits_mech.analysis.bench import (
-    code_calibration,
-    coil_table,
-    sensor_calibration,
-    sensor_front_end,
-    terminal_calibration,
-    with_idle,
-)
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.adaptation import adapt as adapted
@@ -32,8 +24,16 @@ from sits_mech.analysis.built.fit import EndReached
 from sits_mech.analysis.built.grown import grown
 from sits_mech.analysis.built.mistakes import STRANGE, as_read, mistake, refuse_unlikely
 from sits_mech.analysis.built.prior import Prior, prior_of
-from sits_mech.analysis.codes import tank_of
-from sits_mech.analysis.measured import Measured, Tank, read_measured
+from sits_mech.analysis.readings.bench import (
+    code_calibration,
+    coil_table,
+    sensor_calibration,
+    sensor_front_end,
+    terminal_calibration,
+    with_idle,
+)
+from sits_mech.analysis.readings.codes import tank_of
+from sits_mech.analysis.readings.measured import Measured, Tank, read_measured
 from sits_mech.arguments import Idle, checked_arguments
 from sits_mech.export import formats
 from sits_mech.export.source import Source

@@ -1,6 +1,6 @@
 """Write what turns the forces that cells read into those on them as a C header, in integers alone.
 
-The inverse M of chain/cell_forces.py becomes N = round(2^b M), and forces are (N a + 2^(b-1)) >> b of integers a. With
+The inverse M of chain/cells/forces.py becomes N = round(2^b M), and forces are (N a + 2^(b-1)) >> b of integers a. With
 sums over rows of |N| below 2^31 and |a| <= 2^31 no sum exceeds 2^62; b is the most bits, up to 30, that have it so. The
 integers are off by half a unit and by |N/2^b - M| |a|.
 
@@ -14,8 +14,8 @@ from string import Template
 
 import numpy as np
 
-from sits_mech.chain.cell_forces import CellForces
-from sits_mech.chain.cells import FORCES
+from sits_mech.chain.cells.crosstalk import FORCES
+from sits_mech.chain.cells.forces import CellForces
 from sits_mech.export.firmware import c_rows
 from sits_mech.export.source import comment
 from sits_mech.quantities import WRENCH, Array, Integers

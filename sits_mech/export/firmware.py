@@ -18,8 +18,8 @@ from string import Template
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import Readings, code_calibration, readings
 from sits_mech.analysis.built.constants import BEYOND, Constants, as_computed
+from sits_mech.analysis.readings.bench import Readings, code_calibration, readings
 from sits_mech.export.fixed_point import FACET_BITS, FixedPoint, fixed_point
 from sits_mech.export.source import Source, comment
 from sits_mech.quantities import TOUCH, Array, Integers, shown_unit

@@ -21,8 +21,8 @@ from sits_mech.geometry.outline import target_outline
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.quantities import Array
 from sits_mech.scene.files import write_text
+from sits_mech.scene.parts.turns import spiral_turns, turn
 from sits_mech.scene.sensor import Coil, SceneError, Sensor
-from sits_mech.scene.turns import spiral_turns, turn
 from sits_mech.units import MM, shown
 from sits_mech.units import millimetres as mm
 

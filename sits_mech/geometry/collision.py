@@ -27,7 +27,7 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Integers, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.apart import from_windings
-from sits_mech.scene.parts import BoxedPart, separation
+from sits_mech.scene.parts.metal import BoxedPart, separation
 from sits_mech.scene.sensor import Conductor, Sensor, Target
 from sits_mech.units import millimetres as mm
 

@@ -17,8 +17,8 @@ import numpy as np
 from sits_mech.geometry.rims import narrowest, offset
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, divided_triangles, graded_axis
 from sits_mech.quantities import Array, Integers, Mask
-from sits_mech.scene.elastomer import pillar_middles
-from sits_mech.scene.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
+from sits_mech.scene.parts.elastomer import pillar_middles
+from sits_mech.scene.parts.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
 from sits_mech.scene.sensor import Conductor, Elastomer, Target
 
 _DEPTH = 0.3  # of the rim's quadrilaterals together, over the narrowest width of metal

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sits_mech.quantities import Array, Mask
-from sits_mech.scene.outlines import edges
+from sits_mech.scene.parts.outlines import edges
 
 
 def offset(loop: Array, depth: float) -> Array:

@@ -22,8 +22,8 @@ from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_pa
 from sits_mech.memory import beyond_memory
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array
+from sits_mech.scene.parts.turns import outside, turn
 from sits_mech.scene.sensor import Coil
-from sits_mech.scene.turns import outside, turn
 from sits_mech.units import millimetres as mm
 
 c = 299_792_458.0  # of light in free space [m/s], exactly

@@ -32,7 +32,7 @@ from sits_mech.magnetics.axis.coaxial import check_coaxial, coaxial_discs, not_c
 from sits_mech.magnetics.axis.elements import AxisField, solve_axis
 from sits_mech.magnetics.axis.lines import CoaxialDisc, divide_axis
 from sits_mech.magnetics.coils.resistance import coils_alone
-from sits_mech.magnetics.tracks import Tracks
+from sits_mech.magnetics.coils.tracks import Tracks
 from sits_mech.quantities import Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread

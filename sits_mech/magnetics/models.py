@@ -10,8 +10,8 @@ of which the logarithms give the section's answer and d/l is left out: for a coi
     size = (D + 2 g)/l,
 
 with l the shortest straight track across the section, or the target where that is shorter; round coils have none, and
-no size. Afterwards it is the difference from a coarse answer in space (`ends.py`). Rings stand for spirals by
-the difference of both in space, beforehand by that of their inductances. Idle coils: `idle.py`.
+no size. Afterwards it is the difference from a coarse answer in space (`omitted/ends.py`). Rings stand for spirals by
+the difference of both in space, beforehand by that of their inductances. Idle coils: `coils/idle.py`.
 
 Where a model does not know the metal's field in the tracks, uneven current stays as it is without metal, Z_alone; to
 first order in what metal changes of Z (`tracks`), of which it leaves out
@@ -32,7 +32,7 @@ from sits_mech.geometry.plates import not_cut
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
-from sits_mech.magnetics.idle import coupling, idle_bound, idle_share
+from sits_mech.magnetics.coils.idle import coupling, idle_bound, idle_share
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Sensor, metal_parts
@@ -78,7 +78,7 @@ def _of_section(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     if target is None and not sensor.conductors:
         return (Omission(OmissionKind.PLATE_ENDS, size, Relative.FREE, numbers=numbers), *_idle(sensor, question))
     if question.answer is not None:
-        from sits_mech.magnetics.ends import ends_of_plates  # space, for who asks for its size
+        from sits_mech.magnetics.omitted.ends import ends_of_plates  # space, for who asks for its size
 
         ends = ends_of_plates(sensor, *question.answer)
         size = math.nan if ends is None else ends.size
@@ -160,7 +160,7 @@ def _is_spiral(coils: Iterable[Coil]) -> bool:
 def _pitch(sensor: Sensor, question: Question) -> float:
     """Return the error of rings for spirals, over the change: of space's coarsest answers, else of L0."""
     if question.answer is not None and sensor.target is not None:
-        from sits_mech.magnetics.ends import pitch_of_spirals
+        from sits_mech.magnetics.omitted.ends import pitch_of_spirals
 
         return pitch_of_spirals(sensor, *question.answer)
     from sits_mech.magnetics.coils.loops import free_inductances

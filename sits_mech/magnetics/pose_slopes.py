@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sits_mech.geometry.collision import room
+from sits_mech.magnetics.coils.tracks import Tracked
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.lift import Lift
-from sits_mech.magnetics.tracks import Tracked
 from sits_mech.maps.differences import CENTRAL, FIRST, Stencil
 from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import Sensor

@@ -25,10 +25,10 @@ from sits_mech.geometry.collision import CLEARANCE
 from sits_mech.geometry.stations import stations
 from sits_mech.magnetics.answer import Kind, Reaction, answer, lowest_served, magnitudes, served, serving
 from sits_mech.magnetics.axis.coaxial import check_coaxial, not_coaxial
+from sits_mech.magnetics.axis.disc import Disc, DiscProblem, count_rings, prepare_disc
 from sits_mech.magnetics.coils.resistance import coils_alone
-from sits_mech.magnetics.disc import Disc, DiscProblem, count_rings, prepare_disc
+from sits_mech.magnetics.coils.tracks import Tracks
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Pose, SolveFailed, SolveReport
 from sits_mech.scene.sensor import Sensor

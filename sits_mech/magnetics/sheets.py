@@ -44,6 +44,7 @@ from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import coils_alone
+from sits_mech.magnetics.coils.tracks import Tracks
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import FieldRequest as Field
 from sits_mech.magnetics.space.lift import Lift
@@ -51,7 +52,6 @@ from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, 
 from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
 from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
-from sits_mech.magnetics.tracks import Tracks
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
 from sits_mech.rotations import rotation_matrix

@@ -67,8 +67,8 @@ from sits_mech.quantities import (
     refuse_infinite,
     refuse_out_of_plane,
 )
-from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.parameters import Parameter
+from sits_mech.scene.parts.elastomer import Layer
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, silicones_of
 from sits_mech.silicone.material import silicone_from
 from sits_mech.threads import one_thread

@@ -53,9 +53,9 @@ import numpy as np
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.quantities import TOUCH, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveFailed, Wrench
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.parts import Target
+from sits_mech.scene.parts.metal import Target
+from sits_mech.scene.parts.touch import Touch, check_place, is_on
 from sits_mech.scene.sensor import SceneError, Sensor
-from sits_mech.scene.touch import Touch, check_place, is_on
 from sits_mech.units import SLACK
 from sits_mech.units import millimetres as mm
 

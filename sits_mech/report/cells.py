@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.chain.cells import FORCES, CellCrosstalk, CellTouch
+from sits_mech.chain.cells.crosstalk import FORCES, CellCrosstalk, CellTouch
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.quantities import POSE
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
 from sits_mech.scene.cells import Cells
-from sits_mech.scene.slots import Slot
+from sits_mech.scene.parts.slots import Slot
 from sits_mech.units import MM
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from sits_mech.analysis.bench import readings
+from sits_mech.analysis.readings.bench import readings
 from sits_mech.arguments import checked_arguments
 from sits_mech.inputs import unknown
 from sits_mech.readout.crosstalk import crosstalk
@@ -27,9 +27,9 @@ from sits_mech.report.page.parts import figures_part, scene_part, subtitle
 from sits_mech.report.pictures.drawing import scene_drawing
 from sits_mech.report.pictures.style import figure_bytes
 from sits_mech.report.plots.curves import calibration_pictures
-from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import Elastomer
 from sits_mech.scene.files import write_text
+from sits_mech.scene.parts.cover import Cover
+from sits_mech.scene.parts.elastomer import Elastomer
 from sits_mech.scene.plausible import slips
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 from sits_mech.units import shown

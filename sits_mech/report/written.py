@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import with_terminals
+from sits_mech.analysis.readings.bench import with_terminals
 from sits_mech.labels import labelled
 from sits_mech.mechanics.loads import kept_key, kept_rest
 from sits_mech.readout.loads import answered, request_of, varied, wrench_of

@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import Array
-from sits_mech.scene.coils import Coil
-from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import Elastomer, pillar_middles
-from sits_mech.scene.outlines import Loop, circle, crossing, polygon
-from sits_mech.scene.parts import BoxedPart, Conductor, Target, separation
+from sits_mech.scene.parts.coils import Coil
+from sits_mech.scene.parts.cover import Cover
+from sits_mech.scene.parts.elastomer import Elastomer, pillar_middles
+from sits_mech.scene.parts.metal import BoxedPart, Conductor, Target, separation
+from sits_mech.scene.parts.outlines import Loop, circle, crossing, polygon
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 

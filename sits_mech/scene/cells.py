@@ -20,10 +20,10 @@ from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.quantities import Array
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Length, Name, Point
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
+from sits_mech.scene.parts.slots import CLEAR, Slot, check_slots
+from sits_mech.scene.parts.touch import Touch, is_on
 from sits_mech.scene.sensor import Elastomer, Sensor, Target, scene_tables, sensor_from
-from sits_mech.scene.slots import CLEAR, Slot, check_slots
-from sits_mech.scene.touch import Touch, is_on
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 

@@ -22,13 +22,13 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.inputs import FORM, checked, unknown
 from sits_mech.scene.apart import check_parts
 from sits_mech.scene.bounds import Frequency, Length, Name, Temperature
-from sits_mech.scene.coils import Coil
-from sits_mech.scene.cover import Cover, check_cover
-from sits_mech.scene.elastomer import Elastomer, Layer
 from sits_mech.scene.files import overridden, read_toml, write_text, written
 from sits_mech.scene.materials import Metal
-from sits_mech.scene.parts import Conductor, Readout, Target, Tolerances
-from sits_mech.scene.touch import Touch, check_touch
+from sits_mech.scene.parts.coils import Coil
+from sits_mech.scene.parts.cover import Cover, check_cover
+from sits_mech.scene.parts.elastomer import Elastomer, Layer
+from sits_mech.scene.parts.metal import Conductor, Readout, Target, Tolerances
+from sits_mech.scene.parts.touch import Touch, check_touch
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, quantity, shown
 from sits_mech.version import __version__

@@ -26,10 +26,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from sits_mech.scene.coils import ACROSS, UPRIGHT
-from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.materials import Metal, metals
+from sits_mech.scene.parts.coils import ACROSS, UPRIGHT
+from sits_mech.scene.parts.cover import Cover
+from sits_mech.scene.parts.elastomer import Layer
 from sits_mech.scene.sensor import REFERENCE, Coil, Elastomer, SceneError, Sensor, metal_parts
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import Silicone

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sits_mech.analysis.measured import HEADINGS
+from sits_mech.analysis.readings.measured import HEADINGS
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import TOP
 from sits_mech.batch.studies.written import COMPONENTS, StudyTable

@@ -14,14 +14,14 @@ from typing import Any
 
 from sits_mech.inputs import quantity_schema
 from sits_mech.scene.cells import Cell
-from sits_mech.scene.coils import SHAPES, Coil
-from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import NOT_WITH_LAYERS, Elastomer, Layer
 from sits_mech.scene.materials import metals, silicones
-from sits_mech.scene.parts import PLATE_SIZES, Conductor, Readout, Target
+from sits_mech.scene.parts.coils import SHAPES, Coil
+from sits_mech.scene.parts.cover import Cover
+from sits_mech.scene.parts.elastomer import NOT_WITH_LAYERS, Elastomer, Layer
+from sits_mech.scene.parts.metal import PLATE_SIZES, Conductor, Readout, Target
+from sits_mech.scene.parts.slots import Slot
+from sits_mech.scene.parts.touch import Touch
 from sits_mech.scene.sensor import Sensor
-from sits_mech.scene.slots import Slot
-from sits_mech.scene.touch import Touch
 from sits_mech.silicone.laws import LAWS
 from sits_mech.silicone.material import material_table
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import table_inductances
+from sits_mech.analysis.readings.bench import table_inductances
 from sits_mech.quantities import UNITS, Array, tensor_grid
 from sits_mech.readout.loads import request_of, several, varied
 from sits_mech.report.page.explorer import RequiredLines

@@ -11,9 +11,9 @@ from typing import Any
 from nicegui import ui
 
 from sits_mech.quantities import shown_unit
-from sits_mech.scene.coils import resolved_shear
 from sits_mech.scene.materials import silicones
 from sits_mech.scene.parameters import numbers_of
+from sits_mech.scene.parts.coils import resolved_shear
 from sits_mech.scene.sensor import SceneError
 from sits_mech.studio.session import SLIDERS, Session
 

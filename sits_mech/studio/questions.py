@@ -65,7 +65,7 @@ class Borne(StudioQuestion):
         """Return the ends of their ranges."""
         from sits_mech.analysis.envelope import borne_share
         from sits_mech.quantities import Wrench
-        from sits_mech.scene.coils import usual_loads
+        from sits_mech.scene.parts.coils import usual_loads
 
         most = usual_loads(self.sensor.coils, slides=self.sensor.slides)
         share = borne_share(self.sensor, Wrench(**most), self.models[0])

@@ -8,9 +8,9 @@ counted by
 
 of v numbers between bounds, the last one solved finer where something is minimised; of the three, which were one to
 four, the seconds are of two. Each takes the loads of its table that are no images of others, each by its own increments
-(chain/prices.py), a load more for the overload, and a factor more on each mesh of a load for derivatives; a finer one
-the overload on all meshes and two loads on a third. Plates are prepared once for all designs that only the pad tells
-apart, with half of it again for derivatives. For the first design that will do the loads are those of the choice that
+(chain/plans/prices.py), a load more for the overload, and a factor more on each mesh of a load for derivatives; a finer
+one the overload on all meshes and two loads on a third. Plates are prepared once for all designs that only the pad
+tells apart, with half of it again for derivatives. For the first design that will do the loads are those of the choice that
 linear theory strains least.
 """
 
@@ -24,7 +24,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from sits_mech.chain.interpolate import loads_of
-from sits_mech.chain.plan import table_seconds
+from sits_mech.chain.plans.plan import table_seconds
 from sits_mech.quantities import WRENCH, Array
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.synthesis.required.kinds import STRAIN, figure_words
@@ -37,8 +37,8 @@ _BETWEEN, _CORNERS = 16, 4  # points of a box that are looked at; the most varia
 _LIKELY = 1.2  # strain by linear theory that a start may have: there finer meshes have 0.6 to 0.9 (a fingertip, skins)
 _WITHIN = 0.9  # of the data, where a start after a failed one is expected to be
 _BEGUN = 4.0  # seconds of what a process imports and prepares once
-_ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/prices.py)
-_COMPARED = 2 * 1.7  # times that: two loads of a finer table on a third mesh, that takes 1.7 of two (chain/prices.py)
+_ALL_MESHES = 8.0  # times a load's seconds, those of the overload on finer meshes (chain/plans/prices.py)
+_COMPARED = 2 * 1.7  # times that: two loads of a finer table on a third mesh, that takes 1.7 of two (prices.py)
 _FACTORS, _AGAIN = 1.25, 1.5  # with derivatives: seconds of a load, with two factors of some eight more; of magnetics
 _NOT_OF_PLATES = ("elastomer", "readout")  # parts of a scene that leave plates as they are prepared
 

@@ -29,12 +29,12 @@ import xarray as xr
 from common.outputs import study_arguments, write_rows
 from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, finer, inverted, loads, made
 
-from sits_mech.analysis.bench import terminal_calibration
+from sits_mech.analysis.bench.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
-from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.prior import Prior, load_noise_of, prior_of
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.bench import terminal_calibration
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.disk_cache import nothing_kept
 from sits_mech.quantities import Array

@@ -23,15 +23,15 @@ import numpy as np
 from common.outputs import study_arguments, write_rows
 from common.twins import CELL, LAWS, NARROWEST, SOFTEST, STIFFEST, Truth, inverted, loads, made
 
-from sits_mech.analysis.bench import code_calibration
+from sits_mech.analysis.bench.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import constants_of, inverse
 from sits_mech.analysis.built.delivered import MOST, delivered
-from sits_mech.analysis.built.load_plan import LoadPlan, plan_loads
 from sits_mech.analysis.built.prior import Prior, load_noise_of, prior_of
 from sits_mech.analysis.built.production import Production, produced
-from sits_mech.analysis.codes import unit_codes
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.bench import code_calibration
+from sits_mech.analysis.readings.codes import unit_codes
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import SURE, Array
 from sits_mech.readout.calibration import Calibration

@@ -6,7 +6,7 @@ Beside them tables of loads. Of each
 
     seconds, error    taken and reached over planned (`tolerance.promise`), within a factor of 2 on what share of them,
     by meshes         of the same loads, what a third mesh and all of them take and leave over the first two: medians
-                      of these stand in `chain/prices.py`.
+                      of these stand in `chain/plans/prices.py`.
 
 Run ``python -m benchmarks.promises [--coarse] --output DIR``: `promises.csv`, `tables.csv` and the shares.
 """

@@ -2,7 +2,7 @@
 
 Five hundred: those of `random_scenes` under loads, whatever their kind, and those of `promises` by turns. Each is
 answered by `simulate` at the default tolerance. Where the status is `ok` a finer answer judges it. With s_i(pose) -
-s_i(rest) the change of a signal and S the largest of them, the full scale that the status is of (`chain/goal.py`),
+s_i(rest) the change of a signal and S the largest of them, the full scale that the status is of (chain/plans/goal.py),
 
     difference    max_i |change_i - change_i of the finer answer|/S;
     wrong         an `ok` whose difference is above the tolerance and the finer answer's own error together, or whose
@@ -25,9 +25,9 @@ from common.children import asked_apart
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain.aimed import aim_at
-from sits_mech.chain.goal import goal_at, goal_rows
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.plans.aimed import aim_at
+from sits_mech.chain.plans.goal import goal_at, goal_rows
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.geometry.collision import Collision

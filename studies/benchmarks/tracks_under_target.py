@@ -21,8 +21,8 @@ from common.ngsolve_turns import MM, solid_turns
 from common.outputs import study_arguments, write_rows
 from common.track_losses import track_spectrum
 
+from sits_mech.magnetics.coils.tracks import Tracked
 from sits_mech.magnetics.rings import axisymmetric
-from sits_mech.magnetics.tracks import Tracked
 from sits_mech.quantities import Pose
 from sits_mech.report.pictures.style import COLUMN, new_figure, save_figure
 from sits_mech.scene.sensor import Coil, Sensor, Target

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 from common.outputs import study_arguments, write_rows
 
-from sits_mech.analysis.bench import absolute, sensor_calibration
+from sits_mech.analysis.readings.bench import absolute, sensor_calibration
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulated
 from sits_mech.export.source import Source

@@ -28,16 +28,16 @@ from common.accuracy import first_strain
 from common.outputs import kept_rows, study_arguments, write_rows
 from threadpoolctl import threadpool_limits
 
-from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import magnetic_model
+from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate, simulated
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
+from sits_mech.magnetics.coils.tracks import Tracked
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.tracks import Tracked
 from sits_mech.mechanics.block import block_pad
 from sits_mech.quantities import Array, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.report.pictures.style import new_figure, save_figure

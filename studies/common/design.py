@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_calibration, sensor_front_end
+from sits_mech.analysis.readings.bench import sensor_calibration, sensor_front_end
 from sits_mech.readout.crosstalk import crosstalk
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import ANSWERED

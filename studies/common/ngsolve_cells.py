@@ -8,7 +8,7 @@ where motion m of (d_h, d_z, alpha) of both is one and the others zero, and a th
     K_mn = 2 a(w_m, w_n),      C = K^-1,      forces act at the lower face of the targets.
 
 Prints mu times C of (d_h, d_z, alpha) of target A and B by forces on A [mm, N], by meshes with smaller cells at the
-targets' edges. NGSolve is no dependency of the package; the numbers stand in tests/mechanics/test_cells.py.
+targets' edges. NGSolve is no dependency of the package; the numbers stand in tests/mechanics/cells/test_targets.py.
 
 Run ``python studies/common/ngsolve_cells.py`` (some minutes a case), or with the name of one of `CASES`.
 """

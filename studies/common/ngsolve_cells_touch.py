@@ -7,7 +7,7 @@ motion m of (d_h, d_z, alpha) of both is one and the others zero, a the elastic 
     K_mn = 2 a(w_m, w_n),      q = K^-1 2 l(w).
 
 Prints mu q of target A and B [mm, rad], by meshes with smaller cells at the targets' edges. NGSolve is no dependency
-of the package; the numbers stand in tests/mechanics/test_cells.py.
+of the package; the numbers stand in tests/mechanics/cells/test_targets.py.
 
 Run ``python -m common.ngsolve_cells_touch`` in studies (some minutes).
 """

@@ -11,7 +11,7 @@ is larger by E/mu, softens it by a fifth and more). Lengths in mm, forces in N.
 Prints heights of the foil's middle plane over that of a rigid foil on the same mesh, less one; one ten thousand times
 as stiff stands for it, which bends by 2e-4 and less of what it moves, of boxes its mean. Edges of a box's bond that are
 meshed three times as fine lower the pad by 1 % more and move these shares by 0.001. NGSolve is no dependency of the
-package; the numbers stand in tests/mechanics/test_bending.py.
+package; the numbers stand in tests/mechanics/foil/test_bending.py.
 
 Run ``python studies/common/ngsolve_foil.py`` (five minutes).
 """

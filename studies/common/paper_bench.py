@@ -23,7 +23,7 @@ from common.paper import DEGREE, FREE_MEASURED, MEASURED, MM
 from common.profiles import profile
 
 from sits_mech.analysis.built.comparison import Comparison, compare
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.report.pictures.style import new_figure, save_figure
 from sits_mech.scene.sensor import Sensor, load_sensor
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from sits_mech.analysis.bench import table_inductances
+from sits_mech.analysis.readings.bench import table_inductances
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.quantities import Array, SolveFailed
 from sits_mech.scene.parameters import parameter

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench.force_maps import ForceMaps, force_maps_of
+from sits_mech.analysis.bench.setup import Setup
+from sits_mech.analysis.bench.unknowns import PriorParameter
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.built.force_maps import ForceMaps, force_maps_of
-from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model
 from sits_mech.quantities import Array

@@ -34,7 +34,7 @@ from sits_mech.magnetics.coils.loops import free_inductances, mutual_loops
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
 from sits_mech.report.pictures.style import new_figure, save_figure
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.sensor import Sensor, Target
 
 WHEELER = {"square": (2.34, 2.75)}

@@ -13,7 +13,7 @@ cylinder that slides freely stays one,
 
 As given: the catalogue's law, fitted to others' tensile tests. Adapted: under s times the load, a law of s times the
 moduli rests at the same place, so s needs no new solution. It is fitted to the two smallest readings and predicts the
-others; ln s is known beforehand as in sits_mech/analysis/built/unknowns.py. Stiffening is not fitted, because the
+others; ln s is known beforehand as in sits_mech/analysis/bench/unknowns.py. Stiffening is not fitted, because the
 laws' second terms carry 2 to 3 % of these forces.
 """
 
@@ -26,8 +26,8 @@ from pathlib import Path
 import numpy as np
 from elsewhere.rows import Row
 
+from sits_mech.analysis.bench.unknowns import priors
 from sits_mech.analysis.built.fit import Free, fit_parameters
-from sits_mech.analysis.built.unknowns import priors
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.quantities import Array, SolveFailed

@@ -43,7 +43,7 @@ from sits_mech.magnetics.coils.loops import series_inductance
 from sits_mech.magnetics.coils.ring_field import source_spectrum
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.style import new_figure, save_figure
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 
 SOURCE = 'documentation of Simple AF, page "Switching Probes"'
 HEIGHT = 0.05 + np.floor(np.arange(101) * 51.2 + 0.5) / 1280  # of the nozzle, in the printer's steps [mm]

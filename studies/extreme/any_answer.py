@@ -25,8 +25,8 @@ from common.children import asked_apart
 from extreme.any_scene import Case, random_case
 from extreme.rows import DONE, Row
 
-from sits_mech.chain.left_out import mechanical_omissions
 from sits_mech.chain.models import magnetic_model, mechanical_model
+from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate
 from sits_mech.geometry.collision import Collision

@@ -15,7 +15,7 @@ import numpy as np
 
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.readout.converter import CONVERTERS
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.sensor import SceneError, Sensor, sensor_from
 
 Table = dict[str, Any]

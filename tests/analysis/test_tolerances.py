@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from sits_mech.analysis import tolerances
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.readings.bench import sensor_calibration
 from sits_mech.analysis.tolerances import evaluation_points, force_spread, loads_inside, spread
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run

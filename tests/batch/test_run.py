@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from sits_mech import store
-from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end
+from sits_mech.analysis.readings.bench import coil_table, sensor_calibration, sensor_front_end
 from sits_mech.batch import run as batch_run
 from sits_mech.batch.funnel import following
 from sits_mech.batch.run import claim, keep_known, open_sweep, run_study

@@ -16,7 +16,7 @@ from sits_mech.boards.pieces import of_net
 from sits_mech.boards.plates import loops, plates, pours, simplified
 from sits_mech.boards.route import route
 from sits_mech.scene.apart import from_windings
-from sits_mech.scene.outlines import first_crossing, polygon, signed_area
+from sits_mech.scene.parts.outlines import first_crossing, polygon, signed_area
 from sits_mech.scene.sensor import Conductor, Sensor, sensor_from
 from sits_mech.units import SceneError
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from sits_mech.cases import untold
-from sits_mech.chain.goal import Goal
 from sits_mech.chain.interpolate import (
     LayerGrid,
     checked_values,
@@ -16,6 +15,7 @@ from sits_mech.chain.interpolate import (
     solved_likely,
     worst,
 )
+from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.propagation import levers
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled, settle

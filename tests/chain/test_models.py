@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from sits_mech.chain import models
-from sits_mech.chain.conductors import AmongFar
 from sits_mech.chain.models import (
     MAGNETICS,
     MECHANICS,
@@ -27,12 +26,13 @@ from sits_mech.chain.models import (
     magnetic_question,
     mechanical_model,
 )
+from sits_mech.chain.omitted.conductors import AmongFar
 from sits_mech.chain.simulate import simulate
 from sits_mech.description import Description, Question, Refusal, Rung
 from sits_mech.magnetics.bars import PlanarBars
-from sits_mech.magnetics.ends import Whole
+from sits_mech.magnetics.coils.tracks import Tracked
+from sits_mech.magnetics.omitted.ends import Whole
 from sits_mech.magnetics.pose_slopes import inner_model
-from sits_mech.magnetics.tracks import Tracked
 from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import POSE, Equilibrium, Impedance, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import terminal_calibration, terminals, with_idle
+from sits_mech.analysis.readings.bench import terminal_calibration, terminals, with_idle
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.disk_cache import VARIABLE

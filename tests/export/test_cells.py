@@ -10,7 +10,7 @@ import pytest
 from sits_mech.cli.main import run
 from sits_mech.export.cells import cells_header, inverse_integers
 from sits_mech.units import SceneError
-from tests.chain.test_cell_forces import made, mixed
+from tests.chain.cells.test_forces import made, mixed
 from tests.export.test_firmware import COMPILER, STRICT, TRAP
 
 pytestmark = pytest.mark.skipif(not COMPILER, reason="no C compiler (gcc or cc)")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import code_calibration, readings
+from sits_mech.analysis.readings.bench import code_calibration, readings
 from sits_mech.cli.main import run
 from sits_mech.export.calibrations import quality
 from sits_mech.export.firmware import header, write_header

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.built.constants import Constants, as_computed
+from sits_mech.analysis.readings.bench import code_calibration
 from sits_mech.export.firmware import unit_header, write_header
 from sits_mech.export.source import Source
 from sits_mech.readout.calibration import OK

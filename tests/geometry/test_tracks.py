@@ -19,7 +19,7 @@ from sits_mech.geometry.tracks import (
 )
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.notes import NoteKind
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 
 MM = 1e-3
 TRACK: dict[str, Any] = {"name": "C", "track_width": 0.1 * MM, "track_thickness": 35e-6}

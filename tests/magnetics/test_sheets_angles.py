@@ -10,7 +10,7 @@ from sits_mech.magnetics.axis_fem import axisymmetric_fem
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.magnetics.remote import remote_bounds
+from sits_mech.magnetics.omitted.remote import remote_bounds
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.rotations import rotation_matrix, rotation_vector

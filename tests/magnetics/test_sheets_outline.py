@@ -24,7 +24,7 @@ from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import Prisms, base_potential, gauss_points, prism_means
 from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung
 from sits_mech.quantities import Pose
-from sits_mech.scene.outlines import read_loops, signed_area
+from sits_mech.scene.parts.outlines import read_loops, signed_area
 from sits_mech.scene.sensor import Sensor, load_sensor
 
 MESHES = Path(__file__).parents[2] / "meshes"

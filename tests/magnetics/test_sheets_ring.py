@@ -12,7 +12,7 @@ from sits_mech.magnetics.space.classes import stacked
 from sits_mech.magnetics.space.loops import plan_sums
 from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.quantities import Impedance, Pose
-from sits_mech.scene.outlines import signed_area
+from sits_mech.scene.parts.outlines import signed_area
 from sits_mech.scene.sensor import SceneError, Sensor, sensor_from
 
 MM = 1e-3

@@ -10,7 +10,7 @@ import pytest
 from common.infinite_plate import Layer, coil_change
 from scipy.interpolate import make_interp_spline
 
-from sits_mech.chain.conductors import AmongFar
+from sits_mech.chain.omitted.conductors import AmongFar
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.rings import axisymmetric

@@ -12,11 +12,11 @@ from sits_mech.geometry.windings import turn_radii
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.coils.straight import linkage
 from sits_mech.magnetics.field import planar_fem
-from sits_mech.magnetics.remote import remote_bounds
+from sits_mech.magnetics.omitted.remote import remote_bounds
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Pose
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.sensor import Conductor, Sensor, Target, load_sensor
 
 MM = 1e-3

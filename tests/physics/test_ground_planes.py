@@ -9,7 +9,7 @@ from sits_mech.magnetics.coils.loops import mutual_loops, ring_inductance
 from sits_mech.magnetics.field import planar_fem
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.quantities import Impedance, Pose
-from sits_mech.scene.outlines import Loop
+from sits_mech.scene.parts.outlines import Loop
 from sits_mech.scene.sensor import Conductor, Sensor, load_sensor
 
 MM = 1e-3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.batch import requests
-from sits_mech.chain import cells as chain
+from sits_mech.chain.cells import crosstalk as chain
 from sits_mech.cli.main import run
 from sits_mech.report.cells import cells_tables
 from sits_mech.scene.cells import load_cells

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jsonschema import Draft202012Validator
 
-from sits_mech.analysis.measured import read_measured
+from sits_mech.analysis.readings.measured import read_measured
 from sits_mech.schemas.files import bench_schema
 
 ROW = Draft202012Validator(bench_schema())

@@ -1,7 +1,7 @@
 """Descriptions of schemas are the docstrings' own."""
 
-from sits_mech.scene.coils import Coil
-from sits_mech.scene.parts import Conductor
+from sits_mech.scene.parts.coils import Coil
+from sits_mech.scene.parts.metal import Conductor
 from sits_mech.schemas import schema_of
 from sits_mech.schemas.scene import attributes
 

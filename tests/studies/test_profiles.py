@@ -8,7 +8,7 @@ from common.profiles import profile, rise
 
 from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.fit import Free, fit_parameters
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 

@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import chi2
 
+from sits_mech.analysis.bench.force_maps import ForceMaps
+from sits_mech.analysis.bench.loaded import LoadedBench
 from sits_mech.analysis.built.fit import Beforehand, Free, ParameterFit, fit_parameters
-from sits_mech.analysis.built.force_maps import ForceMaps
-from sits_mech.analysis.built.loaded import LoadedBench
 from sits_mech.analysis.built.prior import HALF, Prior, check_deviation, inverted, load_noise_of
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.quantities import Array, Mask
 
 _WIDEST = 100.0  # deviations: how far a factor or a misread load is followed; what is as far tells by its p-value

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench.force_maps import force_maps_of, layer_slopes
+from sits_mech.analysis.bench.loaded import LoadedBench
+from sits_mech.analysis.bench.setup import Setup
+from sits_mech.analysis.bench.unknowns import LAYER, parameters_of
 from sits_mech.analysis.built.fit import Free, Model, ParameterFit, fit_parameters
-from sits_mech.analysis.built.force_maps import force_maps_of, layer_slopes
-from sits_mech.analysis.built.loaded import LoadedBench
-from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import LAYER, parameters_of
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.chain.models import loaded_model, magnetic_model
 from sits_mech.quantities import POSE, Array, MagneticModel, Pose
 from sits_mech.readout.loads import points, request_of, several, wrench_of

@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from sits_mech.analysis.bench import code_calibration, loads_over
 from sits_mech.analysis.built.adaptation import Adaptation
-from sits_mech.analysis.codes import unit_codes
+from sits_mech.analysis.readings.bench import code_calibration, loads_over
+from sits_mech.analysis.readings.codes import unit_codes
 from sits_mech.quantities import Array
 from sits_mech.readout.calibration import Calibration
 

@@ -21,21 +21,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import henries
+from sits_mech.analysis.bench.unknowns import PARAMETERS
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.prior import OWN, root_of
-from sits_mech.analysis.built.unknowns import PARAMETERS
-from sits_mech.chain.aimed import AimedLoads
+from sits_mech.analysis.readings.bench import henries
 from sits_mech.chain.calibrate import tabulated
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.plans.aimed import AimedLoads
 from sits_mech.chain.propagation import Direct
 from sits_mech.mechanics.loads import Settled
 from sits_mech.notes import Note, NoteKind, packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.readout.loads import fixed, points, request_of, varied, wrench_of
-from sits_mech.scene.cover import Cover
-from sits_mech.scene.elastomer import Layer
 from sits_mech.scene.parameters import keys_of
+from sits_mech.scene.parts.cover import Cover
+from sits_mech.scene.parts.elastomer import Layer
 from sits_mech.scene.sensor import Sensor, Tolerances, changed
 from sits_mech.scene.thermal import stiffer
 from sits_mech.silicone.material import Silicone

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.built.load_plan import LoadPlan
+from sits_mech.analysis.bench.load_plan import LoadPlan
+from sits_mech.analysis.bench.unknowns import PriorParameter, parameter_unit
 from sits_mech.analysis.built.prior import Prior, root_of
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import PriorParameter, parameter_unit
 from sits_mech.memory import input_text
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError

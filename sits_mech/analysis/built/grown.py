@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from sits_mech.analysis.bench.force_maps import lacking, moduli
+from sits_mech.analysis.bench.load_plan import SOFTER
 from sits_mech.analysis.built.fit import EndReached
-from sits_mech.analysis.built.force_maps import lacking, moduli
-from sits_mech.analysis.built.load_plan import SOFTER
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.envelope import borne_share
 from sits_mech.cases import Progress, untold

@@ -16,13 +16,13 @@ import numpy as np
 import xarray as xr
 from scipy.stats import norm
 
-from sits_mech.analysis.bench import other_way
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.comparison import Comparison
 from sits_mech.analysis.built.fit import ParameterFit
 from sits_mech.analysis.built.predictive import Predictive, row_step
 from sits_mech.analysis.built.prior import Prior
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.bench import other_way
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.scene.sensor import SceneError, Sensor
 
 Fitted = TypeVar("Fitted", Adaptation, Comparison)

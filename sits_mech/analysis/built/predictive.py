@@ -31,9 +31,9 @@ from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from sits_mech.analysis.bench import loads_over
-from sits_mech.analysis.built.force_maps import ForceMaps, mapped
+from sits_mech.analysis.bench.force_maps import ForceMaps, mapped
 from sits_mech.analysis.built.prior import Prior, load_noise_of
+from sits_mech.analysis.readings.bench import loads_over
 from sits_mech.maps.surrogate import SmoothMap, fit_map
 from sits_mech.quantities import Array
 

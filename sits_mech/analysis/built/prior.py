@@ -21,11 +21,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from sits_mech.analysis.bench import sensor_front_end, table_inductances, with_idle
-from sits_mech.analysis.built.force_maps import ForceMaps, force_maps_of, layer_slopes
-from sits_mech.analysis.built.loaded import LoadedBench
-from sits_mech.analysis.built.setup import Setup
-from sits_mech.analysis.built.unknowns import CELL, LAYER, PriorParameter, priors, usual_unknowns
+from sits_mech.analysis.bench.force_maps import ForceMaps, force_maps_of, layer_slopes
+from sits_mech.analysis.bench.loaded import LoadedBench
+from sits_mech.analysis.bench.setup import Setup
+from sits_mech.analysis.bench.unknowns import CELL, LAYER, PriorParameter, priors, usual_unknowns
+from sits_mech.analysis.readings.bench import sensor_front_end, table_inductances, with_idle
 from sits_mech.chain.models import loaded_model
 from sits_mech.maps.surrogate import SmoothMap
 from sits_mech.quantities import UNITS, Array, MagneticModel

@@ -24,12 +24,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sits_mech.analysis.bench.unknowns import CELL, PriorParameter
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted, root_of
-from sits_mech.analysis.built.unknowns import CELL, PriorParameter
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.cases import Progress, untold
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError

@@ -14,8 +14,8 @@ import numpy as np
 
 from sits_mech.analysis.histories.interpolant import foreseen
 from sits_mech.chain.interpolate import BETWEEN
-from sits_mech.chain.plan import planned_seconds
-from sits_mech.chain.prices import forecast_load
+from sits_mech.chain.plans.plan import planned_seconds
+from sits_mech.chain.plans.prices import forecast_load
 from sits_mech.mechanics.histories import LoadHistory, expected_loads
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Sensor

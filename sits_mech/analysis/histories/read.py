@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sits_mech.analysis.columns import cell_number, line_cells
-from sits_mech.analysis.measured import Sheet, table_with
+from sits_mech.analysis.readings.columns import cell_number, line_cells
+from sits_mech.analysis.readings.measured import Sheet, table_with
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.quantities import POSE, UNITS, WRENCH, Array

@@ -33,8 +33,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from sits_mech.analysis.bench import absolute, table_impedance
 from sits_mech.analysis.histories.interpolant import Interpolant
+from sits_mech.analysis.readings.bench import absolute, table_impedance
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory

@@ -27,8 +27,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.analysis.columns import TextTable, names_found, read_tables
 from sits_mech.analysis.material.words import UNITS, Quantity, quantities, specimen_sizes
+from sits_mech.analysis.readings.columns import TextTable, names_found, read_tables
 from sits_mech.quantities import Array, Mask
 
 _STRAINS = ("strain", "stretch", "true_strain", "displacement")

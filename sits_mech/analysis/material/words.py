@@ -12,7 +12,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from sits_mech.analysis.columns import Column, plain
+from sits_mech.analysis.readings.columns import Column, plain
 from sits_mech.units import SceneError, si_value
 
 UNITS = {

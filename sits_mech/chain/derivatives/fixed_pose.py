@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.models import MAGNETICS
+from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.magnetics.pose_slopes import STEP, KnownImpedance
 from sits_mech.magnetics.slopes import by_frequency, by_lengths
 from sits_mech.maps.differences import CENTRAL

@@ -24,9 +24,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.conductors import is_coaxial
 from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
+from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.chain.simulate import Simulation, simulated

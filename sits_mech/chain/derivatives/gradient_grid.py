@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from sits_mech.chain.aimed import aimed_loads, status_of
 from sits_mech.chain.columns import Columns, over_grid
 from sits_mech.chain.derivatives.fixed_pose import at_fixed_poses
 from sits_mech.chain.derivatives.gradient import (
@@ -27,8 +26,9 @@ from sits_mech.chain.derivatives.gradient import (
     symmetry_kept,
 )
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
-from sits_mech.chain.left_out import with_omissions
 from sits_mech.chain.models import loaded_model
+from sits_mech.chain.omitted.mechanical import with_omissions
+from sits_mech.chain.plans.aimed import aimed_loads, status_of
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench

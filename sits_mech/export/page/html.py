@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.bench import readings
+from sits_mech.analysis.readings.bench import readings
 from sits_mech.export.source import Source
 from sits_mech.export.twin.arrays import readout_arrays
 from sits_mech.quantities import POSE, WRENCH

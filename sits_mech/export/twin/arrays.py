@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.analysis.bench import model_errors, self_inductances, sensor_calibration, sensor_front_end
 from sits_mech.analysis.histories.scan import windows
+from sits_mech.analysis.readings.bench import model_errors, self_inductances, sensor_calibration, sensor_front_end
 from sits_mech.chain.models import mechanical_model
 from sits_mech.export.source import Source
 from sits_mech.export.twin.maps import guess_of, over_poses, over_wrenches

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from sits_mech.analysis.bench import absolute, codes_of, table_poses
+from sits_mech.analysis.readings.bench import absolute, codes_of, table_poses
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import loaded_model
 from sits_mech.export.source import Source

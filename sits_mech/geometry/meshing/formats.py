@@ -19,7 +19,7 @@ import numpy as np
 from sits_mech.geometry.meshing.abaqus import CORNERS, Key, faces_named, read_deck
 from sits_mech.geometry.meshing.cells import Named, ordered
 from sits_mech.quantities import Integers
-from sits_mech.scene.outlines import read_mesh
+from sits_mech.scene.parts.outlines import read_mesh
 from sits_mech.units import SceneError
 
 _EXODUS = {

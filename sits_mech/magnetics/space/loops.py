@@ -26,7 +26,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 from sits_mech.geometry.sheet_plan import CellPlan, Seams, plan_seams, standing_nodes
 from sits_mech.quantities import Array, Complex, Integers, Mask
-from sits_mech.scene.outlines import signed_area
+from sits_mech.scene.parts.outlines import signed_area
 
 _LOOKED_AT, _BLOCK = 10_000_000, 512  # cells by edges of rims; cells at once
 

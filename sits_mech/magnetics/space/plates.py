@@ -14,8 +14,8 @@ from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
+from sits_mech.magnetics.permeable.plates import prepared_permeable
 from sits_mech.magnetics.space.divisions import field_length, is_near, lone_frequency, prepared, prepared_near, unseen
-from sits_mech.magnetics.space.permeable import prepared_permeable
 from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
 from sits_mech.magnetics.space.sources import Sources, farthest_winding
 from sits_mech.notes import Note, NoteKind

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.quantities import Array, Integers
-from sits_mech.scene.outlines import signed_area
+from sits_mech.scene.parts.outlines import signed_area
 
 _NEAR_PRISMS, _FAR_PRISMS = 1.2, 2.5  # where prisms stop being near, and start being far, in largest diameters
 _PAIRS, _BLOCK = 250_000, 4096  # held at once, and as many as a cache holds

@@ -34,7 +34,7 @@ from sits_mech.mechanics.element.target import all_six
 from sits_mech.mechanics.faces.contact import Contact, Jet, pressure
 from sits_mech.mechanics.faces.surface import Surface
 from sits_mech.quantities import Array
-from sits_mech.scene.touch import Touch
+from sits_mech.scene.parts.touch import Touch
 from sits_mech.units import SLACK
 
 _NOWHERE = PlateOutline(0.0, 0.0, False)

@@ -207,7 +207,7 @@ class Levels:
 
 
 Bends = Callable[[Levels, Scales, Equilibrium], Equilibrium]
-"""Bends the target of an equilibrium that was solved on some levels (mechanics/bent.py)."""
+"""Bends the target of an equilibrium that was solved on some levels (mechanics/foil/bent.py)."""
 
 
 @dataclass(frozen=True, eq=False)

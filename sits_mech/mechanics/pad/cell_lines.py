@@ -19,8 +19,8 @@ from sits_mech.mechanics.pad.shapes import GRADING, NEAR, graded, lines_through,
 from sits_mech.mechanics.pad.stack import Interface, covering, interfaces
 from sits_mech.quantities import Array, Mask
 from sits_mech.scene.cells import Cells
-from sits_mech.scene.elastomer import Elastomer
-from sits_mech.scene.slots import Slot
+from sits_mech.scene.parts.elastomer import Elastomer
+from sits_mech.scene.parts.slots import Slot
 
 ONE = 1e-4
 """Thicknesses: sides of targets that are closer have one line."""

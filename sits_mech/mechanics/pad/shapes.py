@@ -44,7 +44,7 @@ from sits_mech.geometry.meshing.inclusion import Inclusion, hollowed
 from sits_mech.mechanics.pad.fillet import SLACK
 from sits_mech.mechanics.pad.stack import Covering, Interface, interfaces, widened
 from sits_mech.quantities import Array, Mask
-from sits_mech.scene.elastomer import pillar_middles
+from sits_mech.scene.parts.elastomer import pillar_middles
 from sits_mech.scene.sensor import Elastomer, SceneError, Target
 
 GRADING = 2.0

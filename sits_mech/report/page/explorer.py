@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import Readings
+from sits_mech.analysis.readings.bench import Readings
 from sits_mech.geometry.outline import from_above, pad_outlines, target_outline
 from sits_mech.geometry.tracks import coil_lines
 from sits_mech.geometry.windings import turn_radii

@@ -13,7 +13,7 @@ from string import Template
 
 import xarray as xr
 
-from sits_mech.analysis.bench import Readings, readings
+from sits_mech.analysis.readings.bench import Readings, readings
 from sits_mech.readout.loads import varied
 from sits_mech.report.page.explorer import explorer, page_file
 from sits_mech.report.page.parts import (

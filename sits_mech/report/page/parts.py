@@ -14,8 +14,8 @@ import xarray as xr
 from pydantic import BaseModel
 from rich.table import Table
 
-from sits_mech.analysis.bench import Readings, coil_table, sensor_calibration
 from sits_mech.analysis.limits import limits_of
+from sits_mech.analysis.readings.bench import Readings, coil_table, sensor_calibration
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.quantities import shown_unit
 from sits_mech.readout.crosstalk import crosstalk

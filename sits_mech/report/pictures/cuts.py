@@ -20,7 +20,7 @@ from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.quantities import Array, Pose
 from sits_mech.rotations import rotation_matrix
-from sits_mech.scene.outlines import Loop, edges
+from sits_mech.scene.parts.outlines import Loop, edges
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target
 
 

@@ -21,7 +21,7 @@ from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane, boxes, chords, coil_cut, conductor_cut, names_cut
 from sits_mech.report.pictures.indenter import draw_from_above, draw_from_the_side, height_shown
 from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_figure
-from sits_mech.scene.outlines import inside_loops
+from sits_mech.scene.parts.outlines import inside_loops
 from sits_mech.scene.sensor import Coil, Conductor, Cover, Elastomer, Sensor, Target
 from sits_mech.units import MM
 

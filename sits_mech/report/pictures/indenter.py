@@ -12,7 +12,7 @@ import numpy as np
 
 from sits_mech.quantities import Array
 from sits_mech.report.pictures.cuts import Plane
-from sits_mech.scene.touch import Touch
+from sits_mech.scene.parts.touch import Touch
 from sits_mech.units import MM
 
 if TYPE_CHECKING:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.bench import convention, loads_over
+from sits_mech.analysis.bench.load_plan import SOFTER, LoadPlan
+from sits_mech.analysis.bench.unknowns import PARAMETERS
 from sits_mech.analysis.built.adaptation import Adaptation
 from sits_mech.analysis.built.delivered import MOST, Delivered
-from sits_mech.analysis.built.load_plan import SOFTER, LoadPlan
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import PARAMETERS
+from sits_mech.analysis.readings.bench import convention, loads_over
 from sits_mech.quantities import SURE, UNITS, Array
 from sits_mech.report.records import named
 from sits_mech.report.tables.solves import column_table, key_table

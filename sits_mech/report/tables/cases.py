@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from sits_mech.batch.tables import SWEPT
-from sits_mech.chain.cells import FORCES
+from sits_mech.chain.cells.crosstalk import FORCES
 from sits_mech.labels import unit_of
 from sits_mech.memory import GIB
 from sits_mech.readout.loads import each_of, point, points

@@ -12,8 +12,8 @@ from rich.table import Table
 
 from sits_mech.analysis.ladder import LadderPoint, LadderStep
 from sits_mech.chain.models import Candidate, Choice, Why
-from sits_mech.chain.plan import Plan, PlannedHalf
-from sits_mech.chain.prices import LoadForecast
+from sits_mech.chain.plans.plan import Plan, PlannedHalf
+from sits_mech.chain.plans.prices import LoadForecast
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.mechanics.models import ends_of_pad
 from sits_mech.notes import Omission

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from sits_mech.analysis.bench import loads_over
+from sits_mech.analysis.readings.bench import loads_over
 from sits_mech.quantities import SURE, Array, shown_unit
 from sits_mech.readout.budget import budget
 from sits_mech.readout.calibration import OK, OUTSIDE, Calibration

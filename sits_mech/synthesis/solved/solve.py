@@ -27,8 +27,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from sits_mech.analysis.bench import coil_table, sensor_calibration, sensor_front_end, table_inductances
 from sits_mech.analysis.limits import corners
+from sits_mech.analysis.readings.bench import coil_table, sensor_calibration, sensor_front_end, table_inductances
 from sits_mech.chain.derivatives.gradient_grid import gradient_on_grid
 from sits_mech.chain.derivatives.temperature import CHAINED, read_slopes
 from sits_mech.chain.models import choose_mechanics

@@ -7,18 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import loads_over, terminal_calibration
+from sits_mech.analysis.bench.load_plan import plan_loads
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import constants_of
 from sits_mech.analysis.built.corrected import corrected
-from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior, prior_of
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.bench import loads_over, terminal_calibration
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.quantities import SURE, Array
 from sits_mech.readout.budget import budget
 from sits_mech.scene.sensor import SceneError
-
-from .conftest import LOADS, OTHERWISE, bench_of, unknowns
+from tests.analysis.conftest import LOADS, OTHERWISE, bench_of, unknowns
 
 
 def test_five_readings_find_the_sensor(prior: Prior) -> None:

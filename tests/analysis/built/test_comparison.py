@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_calibration, terminals
 from sits_mech.analysis.built import comparison
 from sits_mech.analysis.built.comparison import compare
-from sits_mech.analysis.codes import tank_of
-from sits_mech.analysis.measured import Measured, read_measured
+from sits_mech.analysis.readings.bench import sensor_calibration, terminals
+from sits_mech.analysis.readings.codes import tank_of
+from sits_mech.analysis.readings.measured import Measured, read_measured
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.cli.main import run
 from sits_mech.quantities import POSE, Impedance, Pose, SolveReport

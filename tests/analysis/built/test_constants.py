@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import code_calibration
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
 from sits_mech.analysis.built.constants import BEYOND, as_computed, constants_of, inverse
 from sits_mech.analysis.built.prior import Prior
-from sits_mech.analysis.codes import unit_codes
+from sits_mech.analysis.readings.bench import code_calibration
+from sits_mech.analysis.readings.codes import unit_codes
 from sits_mech.scene.sensor import SceneError, changed
-from tests.analysis.built.conftest import bench_of, unknowns
+from tests.analysis.conftest import bench_of, unknowns
 
 
 @pytest.fixture(scope="module")

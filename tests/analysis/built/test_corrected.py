@@ -8,17 +8,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from sits_mech.analysis.bench import sensor_calibration, table_inductances, terminals
 from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import HALF, Prior, prior_of
+from sits_mech.analysis.readings.bench import sensor_calibration, table_inductances, terminals
 from sits_mech.chain import simulate
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.notes import NoteKind, Omission, OmissionKind, Relative, unpacked, unpacked_omissions
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import load_sensor, scene_text
-
-from .conftest import OTHERWISE, bench_of, unknowns
+from tests.analysis.conftest import OTHERWISE, bench_of, unknowns
 
 
 @pytest.mark.slow

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sits_mech.analysis.bench.load_plan import plan_loads
+from sits_mech.analysis.bench.unknowns import PriorParameter
 from sits_mech.analysis.built.delivered import delivered, known_by, lot_record, spread_of
-from sits_mech.analysis.built.load_plan import plan_loads
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.built.production import Production
-from sits_mech.analysis.built.unknowns import PriorParameter
 from sits_mech.scene.sensor import SceneError
 
 

@@ -17,8 +17,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.maps.grid import likely_part
 from sits_mech.notes import Note, NoteKind, packed
 from sits_mech.scene.sensor import SceneError, Sensor
-
-from .conftest import bench_of
+from tests.analysis.conftest import bench_of
 
 SOFT = 1.0 / 1.4
 LOADS = np.array([[0.0, 0.0], [0.4, 0.0], [0.4, 1.9], [-0.4, 1.9], [0.0, 1.0]])

@@ -7,18 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute, loads_over, table_impedance, with_idle
+from sits_mech.analysis.bench.force_maps import force_maps_of
 from sits_mech.analysis.built.adaptation import Adaptation, adapt
-from sits_mech.analysis.built.force_maps import force_maps_of
 from sits_mech.analysis.built.mistakes import as_read, mistake, refuse_unlikely
 from sits_mech.analysis.built.prior import Prior, prior_of
-from sits_mech.analysis.measured import Measured
+from sits_mech.analysis.readings.bench import absolute, loads_over, table_impedance, with_idle
+from sits_mech.analysis.readings.measured import Measured
 from sits_mech.cli.main import run
 from sits_mech.readout.loads import varied
 from sits_mech.scene.sensor import SceneError, Sensor, save_sensor
 from sits_mech.store import save_table
-
-from .conftest import LOADS, bench_of
+from tests.analysis.conftest import LOADS, bench_of
 
 GRAVITY = 9.80665
 

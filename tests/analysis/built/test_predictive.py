@@ -5,8 +5,7 @@ import pytest
 
 from sits_mech.analysis.built.predictive import Predictive
 from sits_mech.analysis.built.prior import Prior, prior_of
-
-from .conftest import LOADS
+from tests.analysis.conftest import LOADS
 
 
 def test_readings_of_one_unknown_spread_as_its_deviation(cheap) -> None:

@@ -9,7 +9,7 @@ from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.built.production import Evidence, evidence_of, produced, shared_by
 from sits_mech.scene.sensor import SceneError
-from tests.analysis.built.conftest import LOADS, bench_of
+from tests.analysis.conftest import LOADS, bench_of
 
 
 def test_one_number_read_of_many_units_in_closed_form() -> None:

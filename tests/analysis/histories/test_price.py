@@ -5,7 +5,7 @@ import pytest
 
 from sits_mech.analysis.histories.price import history_price, largest_load
 from sits_mech.analysis.histories.response import in_time
-from sits_mech.chain.plan import planned_seconds
+from sits_mech.chain.plans.plan import planned_seconds
 from sits_mech.cli.main import run
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.scene.sensor import load_sensor

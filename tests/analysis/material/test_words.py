@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.columns import Column, titled
 from sits_mech.analysis.material.words import quantities, specimen_sizes
+from sits_mech.analysis.readings.columns import Column, titled
 
 
 def kind(title: str) -> tuple[str, str] | None:

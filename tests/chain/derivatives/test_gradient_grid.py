@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain.aimed import aimed_loads
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives.gradient import gradient
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes, gradient_on_grid, slopes_under
 from sits_mech.chain.interpolate import LayerGrid
+from sits_mech.chain.plans.aimed import aimed_loads
 from sits_mech.magnetics.slopes import slopes
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer

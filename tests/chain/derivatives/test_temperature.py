@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from scipy.optimize import brentq
 
-from sits_mech.analysis.bench import (
+from sits_mech.analysis.readings.bench import (
     absolute,
     codes_of,
     sensor_calibration,
@@ -15,7 +15,7 @@ from sits_mech.analysis.bench import (
     table_codes,
     terminals,
 )
-from sits_mech.analysis.codes import code_slopes
+from sits_mech.analysis.readings.codes import code_slopes
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.derivatives import temperature as temperature_module

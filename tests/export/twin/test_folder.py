@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import self_inductances, sensor_front_end
+from sits_mech.analysis.readings.bench import self_inductances, sensor_front_end
 from sits_mech.cli.main import run
 from sits_mech.export.formats import export
 from sits_mech.export.source import Source

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import sensor_calibration
+from sits_mech.analysis.readings.bench import sensor_calibration
 from sits_mech.export.source import Source
 from sits_mech.export.twin import twin as twin_module
 from sits_mech.export.twin.arrays import inverse_arrays, twin_arrays

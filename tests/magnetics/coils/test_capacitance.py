@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.constants import epsilon_0
 
-from sits_mech.analysis.terminals import own_capacitance
+from sits_mech.analysis.readings.terminals import own_capacitance
 from sits_mech.geometry.tracks import track_length
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 
 MM = 1e-3
 KEYS: dict[str, Any] = {"name": "C", "centre": (0.0, 0.0), "turns": 20, "track_width": 0.5 * MM, "track_gap": 0.01 * MM}

@@ -15,7 +15,7 @@ from sits_mech.magnetics.coils.resistance import track_resistance
 from sits_mech.magnetics.coils.ring_field import coil_potential
 from sits_mech.magnetics.coils.straight import linkage, track_potential
 from sits_mech.memory import SECONDS
-from sits_mech.scene.coils import Coil
+from sits_mech.scene.parts.coils import Coil
 from sits_mech.units import SceneError
 
 MM = 1e-3

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import absolute, readings, table_impedance
+from sits_mech.analysis.readings.bench import absolute, readings, table_impedance
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.page import explorer
 from sits_mech.report.page.html import page

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from sits_mech.analysis.bench import readings
+from sits_mech.analysis.readings.bench import readings
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.page import parts
@@ -104,7 +104,7 @@ def test_coils_that_no_converter_follows(calibrated: Path, tmp_path: Path) -> No
     sensor, data = read_calibration(calibrated)
     reason = "tracks: none of the kind"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sits_mech.analysis.bench.at_terminals", lambda *_: (None, (reason,)))
+        patch.setattr("sits_mech.analysis.readings.bench.at_terminals", lambda *_: (None, (reason,)))
         whole = page(sensor, data, tmp_path)
     assert reason in whole and "code of" not in whole
 

@@ -6,7 +6,7 @@ import pytest
 from sits_mech.report.pictures.cuts import Plane
 from sits_mech.report.pictures.indenter import draw_from_above, draw_from_the_side, height_shown
 from sits_mech.report.pictures.style import new_figure
-from sits_mech.scene.touch import Touch
+from sits_mech.scene.parts.touch import Touch
 
 PLACE, TILT = np.array([1e-3, 0.0, 2e-3]), 0.1
 NORMAL = np.array([np.sin(TILT), 0.0, np.cos(TILT)])

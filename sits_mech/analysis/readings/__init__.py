@@ -1,0 +1,1 @@
+"""Readings of a bench and of terminals: tables, codes, henries, forces."""

@@ -1,0 +1,1 @@
+"""Cells on one pad: what each reads of the others."""

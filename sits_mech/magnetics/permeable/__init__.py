@@ -1,0 +1,1 @@
+"""Permeable plates in space: steel, ferrite, filled rubber, by a potential on their surfaces."""

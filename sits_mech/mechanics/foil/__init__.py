@@ -1,0 +1,1 @@
+"""A target that bends under its load."""
