@@ -4,8 +4,8 @@ Which loads are solved, and what stands between them, is decided by `maps.grid`:
 tolerance of the range of each of their components, the target's edges included, and of the signals (plans/goal.py). The
 error of the map is added to the solver's, which is linear from load to load, as its signed parts are. A grid is solved
 whole where it is small, where a load fails, or where nothing is known of its error. A model of several meshes solves
-more than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one or
-two loads (corrections.py).
+more than a few loads on the first of them; what finer ones change, and what is left of their errors, is taken from one
+or two loads (corrections.py).
 """
 
 from __future__ import annotations

@@ -52,18 +52,19 @@ class AimedRest(NamedTuple):
 
 
 def aimed_rest(
-    sensor: Sensor, wrench: Wrench, mechanics: tuple[MechanicalModel, Choice], magnetics: tuple[str, float],
-    symmetry: Symmetry, via: Sequence[Wrench] = (), *, best: bool = True,
+    sensor: Sensor, loads: Sequence[Wrench], mechanics: tuple[MechanicalModel, Choice], magnetics: tuple[str, float],
+    symmetry: Symmetry, *, best: bool = True,
 ) -> AimedRest:
     """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
-    `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
+    `loads` are those passed on the way, for a layer with friction, and the load; `magnetics` is the model's name as
+    asked for and the tolerance; raises as `simulate`.
     """
-    (layer, choice), (name, tolerance) = mechanics, magnetics
+    (*via, wrench), (layer, choice), (name, tolerance) = loads, mechanics, magnetics
     left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
-    field, _ = loaded_model(sensor, name, tolerance, [*via, wrench])
+    field, _ = loaded_model(sensor, name, tolerance, loads)
     if via:
-        found = _along_path(sensor, layer, [*via, wrench])
+        found = _along_path(sensor, layer, loads)
         return AimedRest(found, found, np.eye(len(WRENCH)), left_out, field, tolerance)
     if not isinstance(layer, RefinedModel) or depends_on_path(sensor):
         return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance)

@@ -121,9 +121,10 @@ def simulate(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     began = time.process_time()
     wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
-    layer, choice = mechanical_model(sensor, mechanics, tolerance, [*via, wrench])
+    loads = [*via, wrench]
+    layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
     layer = layer if depth is None else to_depth(layer, sensor, depth)
-    found = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), via, best=best)
+    found = aimed_rest(sensor, loads, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
     rest = including(sensor, found.rest, found.left_out)
     shown = simulated(sensor, found.field, rest)
     goal, left_out = found.goal or goal_at(sensor, found.field, [rest.pose]), shown.impedance.report.left_out

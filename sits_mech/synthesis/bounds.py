@@ -10,8 +10,8 @@ of v numbers between bounds, the last one solved finer where something is minimi
 four, the seconds are of two. Each takes the loads of its table that are no images of others, each by its own increments
 (chain/plans/prices.py), a load more for the overload, and a factor more on each mesh of a load for derivatives; a finer
 one the overload on all meshes and two loads on a third. Plates are prepared once for all designs that only the pad
-tells apart, with half of it again for derivatives. For the first design that will do the loads are those of the choice that
-linear theory strains least.
+tells apart, with half of it again for derivatives. For the first design that will do the loads are those of the choice
+that linear theory strains least.
 """
 
 from __future__ import annotations

@@ -162,7 +162,7 @@ def gradient(
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     layer, choice = sloped_model(sensor, mechanics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
-    rest = aimed_rest(sensor, wrench, (layer, choice), (magnetics, tolerance), symmetry)
+    rest = aimed_rest(sensor, [wrench], (layer, choice), (magnetics, tolerance), symmetry)
     found, back, field = rest.found, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
