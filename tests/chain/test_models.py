@@ -294,7 +294,7 @@ def test_models_of_other_packages_take_part(
     for half, each in (("MECHANICS", models.MECHANICAL), ("MAGNETICS", models.MAGNETIC)):
         found = models._registered(each if flags == ("ok",) else (), half.lower())
         assert ("block" in found or "sheets" in found) == (flags == ("ok",))
-        for module in ("models", "simulate", "aimed"):
+        for module in ("models", "omitted.mechanical", "plans.aimed"):
             monkeypatch.setattr(f"sits_mech.chain.{module}.{half}", found, raising=False)
     answer = simulate(SENSOR, PRESSED)
     assert answer.equilibrium.pose.d_v == 2e-3 - 1e-5 and answer.impedance.report.model == "seen"

@@ -12,8 +12,8 @@ from sits_mech.analysis.built.adaptation import adapt
 from sits_mech.analysis.built.corrected import corrected
 from sits_mech.analysis.built.prior import HALF, Prior, prior_of
 from sits_mech.analysis.readings.bench import sensor_calibration, table_inductances, terminals
-from sits_mech.chain import simulate
 from sits_mech.chain.calibrate import calibrate
+from sits_mech.chain.omitted import mechanical
 from sits_mech.notes import NoteKind, Omission, OmissionKind, Relative, unpacked, unpacked_omissions
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import load_sensor, scene_text
@@ -47,7 +47,7 @@ def test_the_corrected_table_is_known_as_the_posterior_has_it(
     sensor, axes = load_sensor("biorob2018-w15"), {"F_x": [-0.5, 0.0, 0.5], "F_z": [0.0, 1.0, 2.0]}
     bent = Omission(OmissionKind.BENDING, 0.03, Relative.DISPLACEMENT, parts=(0.0, 0.03, 0.0, 0.0, 0.0, 0.0))
     with numerics_alone(), pytest.MonkeyPatch.context() as patch:  # in this order they are taken back
-        patch.setattr(simulate, "bending", lambda *_: (bent,))
+        patch.setattr(mechanical, "bending", lambda *_: (bent,))
         prior = prior_of(sensor, calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02))
         found = adapt(prior, bench_of(prior))
         built, table = corrected(found)
