@@ -52,11 +52,11 @@ def check(sensor: Sensor, pose: Pose, frequency: float, tolerance: float) -> Non
 
 @pytest.mark.slow
 def test_stated_errors_of_rings() -> None:
-    """Three levels show an order: at 3e-3 the error of L is stated below it, of R at two crowded rims below 3e-2."""
+    """Three levels show an order: at 3e-3 the error of L is stated below that, of R at two crowded rims below 3e-2."""
     sensor, pose, frequency = scene(ring(12, 6, 0.3)), Pose(0.0, 2 * MM), 5e6
     check(sensor, pose, frequency, 3e-3)
     found = sheets(sensor, 3e-3).impedance(pose, frequency)
-    assert found.error_L.item() < 1e-3 * abs(found.L - found.L0).item()
+    assert found.error_L.item() < 3e-3 * abs(found.L - found.L0).item()
     assert found.error_R.item() < 3e-2 * found.R.item()
 
 
