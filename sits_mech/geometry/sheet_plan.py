@@ -217,5 +217,5 @@ def divided_triangles(points: Array, simplices: Integers, parts: int, rims: list
     _, one, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(one)  # as they come
     number = np.argsort(order)[which.ravel()][first * parts :]
-    nodes = np.einsum("nk,nkd->nd", weights[one[order]] / parts, points[corners[one[order]]])
+    nodes = np.einsum("ik,ikx->ix", weights[one[order]] / parts, points[corners[one[order]]])
     return nodes, number.reshape(len(simplices), -1)[:, small].reshape(-1, 3)
