@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from sits_mech.chain.derivatives.gradient import gradient
     from sits_mech.chain.models import magnetic_model, mechanical_model
     from sits_mech.chain.plans.plan import plan
+    from sits_mech.chain.pressing import touch_load
     from sits_mech.chain.simulate import simulate
     from sits_mech.export.calibrations import adapt, compare, export_calibration, invert, quality
     from sits_mech.magnetics.slopes import slopes
@@ -38,7 +39,7 @@ __all__ = [
     "catalogue", "cell_crosstalk", "cell_forces", "cell_touch", "compare", "crosstalk", "design", "envelope",
     "export_calibration", "gradient", "invert", "load_cells", "load_sensor", "magnetic_model", "mechanical_model",
     "open_sweep", "plan", "quality", "read_calibration", "save_sensor", "sensitivity", "sensor_calibration", "show",
-    "simulate", "slopes", "spectrum", "sweep", "terminal_calibration",
+    "simulate", "slopes", "spectrum", "sweep", "terminal_calibration", "touch_load",
 ]
 
 _HOMES = {
@@ -53,6 +54,7 @@ _HOMES = {
     "report.folder": ("read_calibration",),
     "chain.models": ("magnetic_model", "mechanical_model"),
     "chain.plans.plan": ("plan",),
+    "chain.pressing": ("touch_load",),
     "chain.simulate": ("simulate",),
     "magnetics.slopes": ("slopes",),
     "quantities": ("Impedance", "Pose", "SolveFailed", "Wrench"),

@@ -159,7 +159,7 @@ class Omission:
     bound: bool = False  # an upper bound; else an estimate
     counts: bool = True  # an error of the question; False for what another request would ask
     held: bool = False  # by the model's own error; else the chain adds it
-    parts: tuple[float, ...] = ()  # of a displacement: by component of the pose, where they differ
+    parts: tuple[float, ...] = ()  # of a displacement: by component of the pose where they differ; `size` the largest
     numbers: tuple[tuple[str, Number], ...] = ()
 
     @property

@@ -89,6 +89,11 @@ def reason(item: Omission) -> str:
     return words.format(**item.known) if isinstance(words, str) else words(item.known)
 
 
+def relative_words(item: Omission) -> str:
+    """Return what the size of an omission is relative to."""
+    return RELATIVE[item.relative_to] + ", by component" * (len({*item.parts}) > 1)
+
+
 def size_text(item: Omission) -> str:
     """Return the size of an omission, as far as it is known."""
     if math.isnan(item.size):
@@ -100,7 +105,7 @@ def size_text(item: Omission) -> str:
 
 def line(item: Omission) -> str:
     """Return an omission as one line."""
-    size = "" if item.size == 0.0 else f" ({size_text(item)} of {RELATIVE[item.relative_to]})"
+    size = "" if item.size == 0.0 else f" ({size_text(item)} of {relative_words(item)})"
     return f"{item.kind}: {reason(item)}{size}"
 
 

@@ -17,7 +17,7 @@ from sits_mech.chain.plans.prices import LoadForecast
 from sits_mech.magnetics.modes import skin_depths
 from sits_mech.mechanics.models import ends_of_pad
 from sits_mech.notes import Omission
-from sits_mech.report.left_out import RELATIVE, entry, reason, size_text
+from sits_mech.report.left_out import entry, reason, relative_words, size_text
 from sits_mech.report.notes import sentences
 from sits_mech.report.tables.solves import column_table, key_table
 from sits_mech.scene.sensor import Sensor
@@ -95,7 +95,7 @@ def _model_cells(each: Candidate) -> tuple[str, ...]:
     if each.cost is None:
         return each.model.name, "-", "", "", "", str(each.refusal)
     counted = [item for item in each.left_out if item.weighs]
-    parts = (f"{item.kind} {item.size:.1g} of {RELATIVE[item.relative_to]}" for item in counted if not item.unbounded)
+    parts = (f"{item.kind} {item.size:.1g} of {relative_words(item)}" for item in counted if not item.unbounded)
     left = "; ".join([*(f"{item.kind}: no size" for item in counted if item.unbounded), *parts])
     error = "not bounded" if math.isnan(each.error) else f"{each.error:.2g}"
     return each.model.name, error, left, f"{each.cost.operations:.0e}", _short(each.cost.seconds), ""
@@ -107,7 +107,7 @@ def left_out_table(items: Sequence[Omission]) -> Table:
     for item in sorted(items, key=lambda item: -math.inf if math.isnan(item.size) else -item.size):
         held = "" if item.size == 0.0 else "not requested" if not item.counts else "no" if item.unbounded else "yes"
         found.add_row(
-            str(item.kind), size_text(item), RELATIVE[item.relative_to] if item.size else "", held, reason(item)
+            str(item.kind), size_text(item), relative_words(item) if item.size else "", held, reason(item)
         )
     return found
 
