@@ -25,7 +25,7 @@ import sys
 from test_architecture import FILES, LARGE, PACKAGE, PLUGGED, ROOT, tokens_of
 
 CEILINGS = {
-    "lines": 70_975, "core lines": 41_115, "tokens": 612_715, "named numbers": 690, "branching functions": 87,
+    "lines": 70_960, "core lines": 41_100, "tokens": 612_565, "named numbers": 690, "branching functions": 87,
     "long signatures": 45, "skipped formats": 0, "large files": 3, "entered in space": 112, "entered in the plane": 120,
 }
 _NUMBER = re.compile(r"^_?[A-Z][A-Z_0-9]* *(?::[^=\n]*)?= *-?[0-9.]", re.MULTILINE)

@@ -148,6 +148,7 @@ def check_way(sensor: Sensor, loads: Sequence[Wrench]) -> None:
 def _along_path(sensor: Sensor, layer: MechanicalModel, loads: Sequence[Wrench]) -> Equilibrium:
     """Return the equilibrium at the end of a load path, without what the symmetry of all its loads forbids."""
     check_untouched(sensor, "loads on the way (via)")
-    if not (depends_on_path(sensor) and isinstance(layer, PathModel)):
+    check_way(sensor, loads)
+    if not isinstance(layer, PathModel):
         raise SceneError(_NO_PATH)
     return symmetrised(layer.along(loads), symmetry_of(sensor), *loads)

@@ -17,13 +17,14 @@ their sizes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import NamedTuple, cast
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.touch import RefinedLayer, contact_point
+from sits_mech.mechanics.levels.answer import relative
+from sits_mech.mechanics.touch import answering, contact_point
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
@@ -57,46 +58,16 @@ class TouchLoad(NamedTuple):
     found: Equilibrium | None = None
 
 
-@dataclass(frozen=True)
-class ToDepth:
-    """A mechanical model of a touch, by the force that leads to a depth."""
-
-    layer: MechanicalModel
-    sensor: Sensor
-    depth: Depth
-
-    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under the force with its error at the depth; raises as the model."""
-        return at_depth(self.sensor, self.layer.equilibrium(wrench, start=start), self.depth)
-
-
-@dataclass(frozen=True)
-class RefinedToDepth:
-    """The same of a model with several meshes; see `RefinedModel`."""
-
-    layer: RefinedLayer
-    sensor: Sensor
-    depth: Depth
-
-    @property
-    def rough(self) -> ToDepth:
-        """The model on the first meshes."""
-        return ToDepth(self.layer.rough, self.sensor, self.depth)
-
-    def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> ToDepth:
-        """Return the model refined to a goal."""
-        return ToDepth(self.layer.towards(goal, tolerance, deepest), self.sensor, self.depth)
-
-    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under the force with its error at the depth; raises as the model."""
-        return at_depth(self.sensor, self.layer.equilibrium(wrench, start=start), self.depth)
-
-
 def to_depth(layer: MechanicalModel, sensor: Sensor, depth: Depth) -> MechanicalModel:
-    """Return the model of a touch by forces that lead to a depth."""
-    if isinstance(layer, RefinedModel):
-        return RefinedToDepth(cast(RefinedLayer, layer), sensor, depth)
-    return ToDepth(layer, sensor, depth)
+    """Return the model of a touch by the force that leads to a depth, with errors at that depth."""
+    return answering(layer, sensor, partial(_answered, depth))
+
+
+def _answered(
+    depth: Depth, layer: MechanicalModel, sensor: Sensor, wrench: Wrench, start: Equilibrium | None
+) -> Equilibrium:
+    """Return the equilibrium of a touch under a force, with its error at the depth; raises as the model."""
+    return at_depth(sensor, layer.equilibrium(wrench, start=start), depth)
 
 
 def depth_of(sensor: Sensor, found: Equilibrium, rest: float) -> tuple[float, float, Array]:
@@ -121,8 +92,8 @@ def at_depth(sensor: Sensor, found: Equilibrium, aim: Depth) -> Equilibrium:
     e = np.abs(np.eye(6) - np.outer(aim.moves, g)) @ found.error.components + np.abs(aim.moves) * left
     half = 0.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
     lever, way = np.array([1.0, 1.0, half, 1.0, half, half]), found.pose.components - Pose(0.0, aim.rest).components
-    share, missed = float(np.max(e * lever) / np.max(np.abs(way) * lever)), NoteKind.TOLERANCE_MISSED
-    report = replace(found.report, estimated_error=share, notes=tuple(
+    missed = NoteKind.TOLERANCE_MISSED
+    report = replace(found.report, estimated_error=relative(e, way, lever), notes=tuple(
         note for note in found.report.notes if note.kind is not missed
     ))
     for note in (each for each in found.report.notes if each.kind is missed):

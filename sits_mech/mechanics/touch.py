@@ -44,7 +44,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, cast
 
@@ -73,16 +73,21 @@ class RefinedLayer(RefinedModel, MechanicalModel, Protocol):
     """A mechanical model of several meshes."""
 
 
+Answer = Callable[[MechanicalModel, Sensor, Wrench, Equilibrium | None], Equilibrium]
+"""What makes an equilibrium under a load about the touched point by a model, from a start."""
+
+
 @dataclass(frozen=True)
 class Touched:
     """A mechanical model of a target that is touched."""
 
     layer: MechanicalModel
     sensor: Sensor
+    answer: Answer
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under a load about the touched point, as `touched` says."""
-        return _followed(self.layer, self.sensor, wrench, start)
+        """Return the equilibrium under a load about the touched point; raises as `touched` says."""
+        return self.answer(self.layer, self.sensor, wrench, start)
 
 
 @dataclass(frozen=True)
@@ -91,19 +96,27 @@ class RefinedTouched:
 
     layer: RefinedLayer
     sensor: Sensor
+    answer: Answer
 
     @property
     def rough(self) -> Touched:
         """The model on the first meshes."""
-        return Touched(self.layer.rough, self.sensor)
+        return Touched(self.layer.rough, self.sensor, self.answer)
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> Touched:
         """Return the model refined to a goal."""
-        return Touched(self.layer.towards(goal, tolerance, deepest), self.sensor)
+        return Touched(self.layer.towards(goal, tolerance, deepest), self.sensor, self.answer)
 
     def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
-        """Return the equilibrium under a load about the touched point, as `touched` says."""
-        return _followed(self.layer, self.sensor, wrench, start)
+        """Return the equilibrium under a load about the touched point; raises as `touched` says."""
+        return self.answer(self.layer, self.sensor, wrench, start)
+
+
+def answering(layer: MechanicalModel, sensor: Sensor, answer: Answer) -> MechanicalModel:
+    """Return a mechanical model, of several meshes where the layer's is, whose equilibria are those of `answer`."""
+    if isinstance(layer, RefinedModel):
+        return RefinedTouched(cast(RefinedLayer, layer), sensor, answer)
+    return Touched(layer, sensor, answer)
 
 
 def touched(layer: MechanicalModel, sensor: Sensor) -> MechanicalModel:
@@ -113,11 +126,7 @@ def touched(layer: MechanicalModel, sensor: Sensor) -> MechanicalModel:
     wrench that the touch is at this pose. It raises SceneError for a place beside the target or shear without friction,
     SolveFailed as the model does, and where the touch slides off the target or is not followed.
     """
-    if sensor.touch is None:
-        return layer
-    if isinstance(layer, RefinedModel):
-        return RefinedTouched(cast(RefinedLayer, layer), sensor)
-    return Touched(layer, sensor)
+    return layer if sensor.touch is None else answering(layer, sensor, _followed)
 
 
 def bare(layer: MechanicalModel) -> MechanicalModel:

@@ -118,6 +118,7 @@ class CellForces:
         """Where the forces that are read stand in `FORCES`."""
         return [FORCES.index(name) for name in self.reads]
 
+
 @checked_arguments
 @one_thread
 def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellForces:

@@ -12,6 +12,7 @@ from sits_mech.chain.omitted.bending import bending
 from sits_mech.chain.plans.goal import tolerance_left
 from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.description import Question, added, by_component, sized
+from sits_mech.mechanics.levels.answer import relative
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import NoteKind, Omission, OmissionKind
@@ -71,7 +72,7 @@ def including(sensor: Sensor, rest: Equilibrium, left_out: tuple[Omission, ...])
         return rest
     parts, lever = omitted_parts(sensor, left_out, rest.pose.components), levers(sensor)
     error = Pose.of(rest.error.components + np.abs(parts).sum(axis=0))
-    away = np.abs(rest.pose.components - unloaded_pose(sensor).components) * lever
-    size = float((np.abs(parts) * lever).max(axis=-1, initial=0.0).sum() / max(away.max(), 1e-300))
+    moved = rest.pose.components - unloaded_pose(sensor).components
+    size = sum(relative(np.abs(part), moved, lever) for part in parts)
     shared = np.concatenate([rest.shared, parts])
     return replace(rest, error=error, shared=shared, report=added(rest.report, left_out, size))
