@@ -1,4 +1,4 @@
-"""How much error for how much time? One panel a question, in each half of the chain and in the whole of it.
+"""How much error for how much time? Of the flagship in one picture, of each question in a panel of another.
 
 A load in 3D, a load in section, a pose, a calibration: each problem of a question is solved to finer and finer
 tolerances, from the scene on, with caches emptied, on one BLAS thread; times are processor time. Problems differ, and
@@ -15,14 +15,15 @@ with measured order (common/reference_calibrations.json, made by benchmarks/refe
 largest of a signal over the loads, of full scale.
 
 Run ``python studies/error_against_time.py [--coarse] --output DIR``;
-the picture of docs/theory/errors.md is its full run.
+the pictures of docs/theory/errors.md and of the gallery are its full run.
 """
 
 from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -129,6 +130,12 @@ def calibrations(cases: Sequence[Case], tolerances: Sequence[float]) -> list[Run
     return sorted(found, key=lambda rung: rung.model)
 
 
+def flagship(parts: Mapping[str, Sequence[Rung]]) -> list[Rung]:
+    """Return the rungs of a load and of a calibration of biorob2018-w15, in plain words."""
+    words = {SOLID[-1]: "a load", f"biorob2018-w15: {SIGNALS[0]}": "a calibration of 3 x 3 loads"}
+    return [replace(one, model=words[one.model]) for rungs in parts.values() for one in rungs if one.model in words]
+
+
 def main() -> None:
     """Run the ladders and write tables and picture."""
     coarse, folder = study_arguments(__doc__ or "", timed=True)
@@ -140,7 +147,8 @@ def main() -> None:
             "The change of inductance at a pose": poses((*SPACE, *SECTION), count),
             "A calibration of 3 x 3 loads, of full scale": calibrations(CALIBRATIONS, asked),
         }
-    draw_ladders(parts, folder / "error_against_time.png")
+    draw_ladders({"biorob2018-w15": flagship(parts)}, folder / "error_against_time.png")
+    draw_ladders(parts, folder / "error_against_time_each.png")
     lines = [f"{title}: {verdict(rungs)}" for title, rungs in parts.items()]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     lines += [machine(), f"at most {peak:.0f} MiB, {time.process_time():.0f} s of processor time"]

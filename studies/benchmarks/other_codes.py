@@ -34,10 +34,10 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from common.accuracy import forget, machine, name_curves
+from common.accuracy import forget, machine
 from common.other_codes import Question, Solved, condensed_pose, felupe_pose, taylor_hood_pose
 from common.reference_cases import CASES
-from common.references import FINER, stored_references
+from common.references import stored_references
 from threadpoolctl import threadpool_limits
 
 from sits_mech.mechanics.block import block_pad
@@ -251,25 +251,32 @@ def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
 def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
     """Draw the loads of `THREE` in one panel: this package, the same before if given, and NGSolve, a line a load.
 
-    Hollow points are below five times the reference's own error.
+    Bars are the reference's own error, which is the same for all marks of a load.
     """
     groups = {
         "sits-mech": ("C0", [one for one in lines if one.code == OWN and one.element == ASKED]),
         "before": ("0.6", [one for one in before if one.code == OWN and one.element == ASKED]),
         "NGSolve": ("C1", [one for one in lines if one.code == "NGSolve"]),
     }
-    with new_figure(height=0.6, width=2.0 * COLUMN) as (figure, (axes,)):
-        for (name, (colour, every)), load in product(groups.items(), THREE):
-            own = front([one for one in every if one.load == load and np.isfinite(one.error)])
-            if not own:
-                continue
-            mark, points = MARKS[list(THREE).index(load)], np.array([(one.seconds, one.error) for one in own])
-            axes.loglog(*points.T, f"{mark}-", color=colour, lw=1.5, ms=5, label=f"{name}: {load}")
-            hollow = points[points[:, 1] < FINER * asked_of(load).sure]
-            axes.plot(*hollow.T, mark, color=colour, mfc="white", ms=5)
+    with new_figure(height=0.5, width=2.0 * COLUMN) as (figure, (axes,)):
+        for mark, load in zip(MARKS, THREE, strict=False):
+            axes.plot([], [], f"{mark}-", color="0.3", ms=5, label=f"$F_x$, $F_z$: {load}")
+        for name, (colour, every) in groups.items():
+            fronts = [front([one for one in every if one.load == load and np.isfinite(one.error)]) for load in THREE]
+            for mark, load, own in zip(MARKS, THREE, fronts, strict=False):
+                seconds, errors = [one.seconds for one in own], [one.error for one in own]
+                style = {"fmt": f"{mark}-", "color": colour, "lw": 1.5, "ms": 5, "elinewidth": 0.6}
+                axes.errorbar(seconds, errors, asked_of(load).sure, **style)
+            if ends := [own[-1] for own in fronts if own]:
+                last = max(ends, key=lambda one: one.seconds)
+                spot, style = (last.seconds, last.error), {"va": "center", "color": colour, "fontsize": 10}
+                axes.annotate(name, spot, (8, 0), textcoords="offset points", **style)
+        errors = [one.error for _, every in groups.values() for one in every if np.isfinite(one.error)]
+        axes.set(xscale="log", yscale="log", ylim=(0.4 * min(errors), 1.4 * max(errors)))
+        axes.set_xlim(right=2.2 * axes.get_xlim()[1])
         axes.set(xlabel="processor time [s]", ylabel="error over the displacement [-]")
-        figure.suptitle(title_of(lines), fontsize=9)
-        name_curves(axes)
+        axes.legend(fontsize=8, loc="upper right", title="bars: error of the reference")
+        figure.suptitle(title_of(lines), fontsize=10)
         save_figure(figure, path)
 
 
@@ -282,7 +289,7 @@ def title_of(lines: Sequence[Line]) -> str:
         if own and other:
             fast = min((one for one in own if one.element == ASKED), key=lambda one: one.seconds)
             found.append(seconds_at(other, max(fast.error, asked_of(load).sure))[0] / fast.seconds)
-    words = f": for the same error NGSolve takes {min(found):.0f} times as long and more" if found else ""
+    words = f": at equal error NGSolve takes {min(found):.0f} times as long and more" if found else ""
     return f"Combined loads on biorob2018{words}"
 
 

@@ -115,7 +115,7 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     path : Path
         The PNG to write.
     """
-    with new_figure(height=0.36 * len(panels), rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
+    with new_figure(height=0.36 * len(panels) + 0.1, rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
             _draw(spot, title, rungs)
         axes[-1].set_xlabel("processor time [s]")
@@ -124,26 +124,29 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
 
 
 def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
-    """Draw one question."""
-    for number, (model, row) in enumerate(curves_of(rungs).items()):
+    """Draw one question; up to two curves are named at their ends, more of them beside the axes."""
+    curves = curves_of(rungs)
+    for number, (model, row) in enumerate(curves.items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
         points = [one for one in distinct(row) if one.resolved <= one.error < math.inf]
         errors = [max(one.error, _LEAST) for one in points]
         axes.plot([one.seconds for one in points], errors, f"{mark}-", color=colour, lw=1.0, ms=5, label=model)
         for one, error in zip(points, errors, strict=True):
             axes.plot(one.seconds, error, mark, color=colour, ms=5, mfc=colour if one.judged else "white")
-            axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.25)
+            axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.3)
+        if points and len(curves) < 3:
+            axes.annotate(
+                model, (points[-1].seconds, errors[-1]), (0, -14), textcoords="offset points", ha="center", color=colour
+            )
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
-    took = [one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated <= _TITLE]
-    seconds = f": asked to {100.0 * _TITLE:g} % it takes {span_words(took)} s" if took else ""
-    axes.set_title(f"{title}{seconds}", fontsize=9)
-    name_curves(axes)
-
-
-def span_words(values: Sequence[float]) -> str:
-    """Return the ends of a range in words, once where they are the same to two digits."""
-    ends = dict.fromkeys(f"{end:.2g}" for end in (min(values), max(values)))
-    return " to ".join(ends)
+    axes.margins(0.1, 0.15)
+    took = {one.model: one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated < math.inf}
+    ends = dict.fromkeys(f"{end:.2g}" for end in (min(took.values()), max(took.values()))) if took else {}
+    words = ", ".join(f"{name} {seconds:.2g} s" for name, seconds in took.items()) if len(curves) < 3 else ""
+    asked = f", asked to {100.0 * _TITLE:g} %: {words or ' to '.join(ends) + ' s'}" if took else ""
+    axes.set_title(f"{title}{asked}", fontsize=9)
+    if len(curves) > 2:
+        name_curves(axes)
 
 
 def name_curves(axes: Axes) -> None:

@@ -1,7 +1,8 @@
 """Plot a design search: the front, the landscape with its feasible region, figures and limits.
 
 Filled marks hold every limit, empty ones do not; the star is the recommended design, numbers are those of the front's
-scenes. Pale is where predictions of the recommended choice are beyond a limit; dots are designs that were solved.
+scenes, grey is beyond a limit. In the landscape pale is where predictions of the recommended choice are beyond one;
+dots are designs that were solved.
 """
 
 from __future__ import annotations
@@ -25,9 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST = 4  # pairs of figures in the picture of the front
 _BAR = 1.3  # of a limit: what bars are cut at
-_SHORT = 15  # letters of a label: three of longer ones do not stand beside each other
 
 
 def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Callable[[], Figure]]:
@@ -44,20 +43,15 @@ def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Calla
 
 
 def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
-    """Return what is minimised, or the first figure, against each other figure that is asked for."""
-    names = _drawn(found)
-    pairs = [(name, names[0]) for name in names[1 : 1 + _MOST]] or [(names[0], names[0])]
-    columns = min(len(pairs), 2)
-    rows = -(-len(pairs) // columns)
-    with new_figure(0.15 + 0.5 * rows if columns == 2 else 0.8, columns, rows) as (figure, axes):
-        for spot, (x, y) in zip(axes, pairs, strict=False):
-            _marks(spot, asked, found, (x, y))
-        for spot in axes[len(pairs) :]:
-            spot.set_visible(False)
-        handles, labels = axes[0].get_legend_handles_labels()
-        columns = 3 if max(map(len, labels)) < _SHORT else 2
-        figure.suptitle("designs that were solved; numbers: of the front\nhollow: breaks a limit; dashed: limit")
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), columns))
+    """Return two figures of all designs: what is minimised first, and a limit that the best design is nearest to."""
+    task, (first, *others) = found.task, _drawn(found)
+    near = task.excess(task.figures(found.best), None)
+    other = max(others, key=lambda name: (name in task.goal, near.get(name, -np.inf)), default=first)
+    with new_figure(0.8) as (figure, (spot,)):
+        _marks(spot, asked, found, (other, first))
+        best = choice_words(asked, found.best.design.choice)
+        figure.suptitle(f"{_star(found)}: {best}\nhollow: breaks a limit; grey: beyond it; numbers: of the front")
+        figure.legend(*spot.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -71,7 +65,6 @@ def _drawn(found: DesignAnswer) -> list[str]:
 def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
     """Draw all solved designs in the plane of two figures, a colour for each choice of the lists."""
     from matplotlib.patheffects import withStroke
-    from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 
     task = found.task
     _draw_choices(spot, asked, found, names)
@@ -84,16 +77,14 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
             fontsize=6, ha="left" if x > 0 else "right", va="bottom" if y > 0 else "top", zorder=4,
             path_effects=[withStroke(linewidth=1.5, foreground="white")],
         )
-    for axis, most in ((spot.xaxis, 2), (spot.yaxis, 4)):
-        axis.set_major_locator(MaxNLocator(most))
-        axis.set_major_formatter(StrMethodFormatter("{x:.3g}"))
     dx, dy = ([shown_as(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     spot.plot(*_places(task, [found.best], names).T, "k*", ms=7, label=_star(found))
-    for name, line in zip(names, (spot.axvline, spot.axhline), strict=True):
+    for name, span in zip(names, (spot.axvspan, spot.axhspan), strict=True):
         if name in task.limits:
-            line(shown_as(name)[1] * task.limits[name], color="0.5", lw=0.8, ls="--")
+            limit = shown_as(name)[1] * task.limits[name]
+            span(limit, limit + 1e3 * kind_of(name).sign * abs(limit), color="0.5", alpha=0.2, lw=0.0)
     spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
 
 
