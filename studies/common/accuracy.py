@@ -105,8 +105,8 @@ def distinct(row: Sequence[Rung]) -> list[Rung]:
 def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     """Write error against seconds, a panel a question.
 
-    A point is the true error, hollow where its reference is not five times better, absent where it is worse; a bar goes
-    from there to the estimate.
+    A mark is the true error, absent where its reference is worse than that; thin bars are the reference's own error, a
+    wide one goes up to the estimate.
 
     Parameters
     ----------
@@ -118,28 +118,30 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     with new_figure(height=0.36 * len(panels) + 0.1, rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
             _draw(spot, title, rungs)
-        axes[-1].set_xlabel("processor time [s]")
-        figure.suptitle("marks: true error, hollow by a reference less than five times better; bars: to the estimate")
+        hint = "marks: true error; thin bars: of the reference; wide bars: up to the estimated error"
+        axes[-1].set_xlabel(f"processor time [s]\n{hint}")
         save_figure(figure, path)
 
 
 def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
     """Draw one question; up to two curves are named at their ends, more of them beside the axes."""
-    curves = curves_of(rungs)
+    curves, lowest = curves_of(rungs), list[float]()
     for number, (model, row) in enumerate(curves.items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
         points = [one for one in distinct(row) if one.resolved <= one.error < math.inf]
         errors = [max(one.error, _LEAST) for one in points]
-        axes.plot([one.seconds for one in points], errors, f"{mark}-", color=colour, lw=1.0, ms=5, label=model)
+        lowest += errors
+        style = {"fmt": f"{mark}-", "color": colour, "lw": 1.0, "ms": 5, "elinewidth": 0.6}
+        resolved = [min(one.resolved, 0.999 * error) for one, error in zip(points, errors, strict=True)]
+        drawn = axes.errorbar([one.seconds for one in points], errors, resolved, **style)
+        drawn.lines[0].set_label(model)
         for one, error in zip(points, errors, strict=True):
-            axes.plot(one.seconds, error, mark, color=colour, ms=5, mfc=colour if one.judged else "white")
             axes.plot([one.seconds] * 2, [error, max(one.estimated, _LEAST)], color=colour, lw=2.5, alpha=0.3)
         if points and len(curves) < 3:
-            axes.annotate(
-                model, (points[-1].seconds, errors[-1]), (0, -14), textcoords="offset points", ha="center", color=colour
-            )
+            place, style = (points[-1].seconds, errors[-1]), {"ha": "right", "va": "top", "color": colour}
+            axes.annotate(model, place, (-8, -6), textcoords="offset points", **style)
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
-    axes.margins(0.1, 0.15)
+    axes.set_ylim(0.3 * min(lowest, default=1.0), None)
     took = {one.model: one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated < math.inf}
     ends = dict.fromkeys(f"{end:.2g}" for end in (min(took.values()), max(took.values()))) if took else {}
     words = ", ".join(f"{name} {seconds:.2g} s" for name, seconds in took.items()) if len(curves) < 3 else ""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -70,23 +71,33 @@ def pressed(folder: Path) -> dict[str, np.ndarray]:
 
 
 def draw(found: dict[str, np.ndarray], path: Path) -> None:
-    """Draw forces and codes over time."""
+    """Draw forces and codes over time, each curve with its name at its peak."""
     import matplotlib.pyplot as plt
 
     figure, (above, below) = plt.subplots(2, 1, figsize=(6.0, 5.0), sharex=True, constrained_layout=True)
-    for k, name in enumerate(("F_x", "F_z")):
-        above.plot(found["time"], found["forces"][:, k], color=f"C{k}", label=f"${name}$ on the target")
-        words = "both by the codes" if k else None
-        above.plot(found["time"], found["estimate"][:, k], "--", color="black", label=words)
+    figure.suptitle("A finger presses and shears: the codes give its forces back (dashed)")
+    each = zip(("$F_x$, shear", "$F_z$, press"), found["forces"].T, found["estimate"].T, strict=True)
+    for k, (name, forces, estimate) in enumerate(each):
+        above.plot(found["time"], forces, color=f"C{k}", lw=4, alpha=0.5)
+        above.plot(found["time"], estimate, "--", color="black", lw=1)
+        _name(above, found["time"], forces, name, f"C{k}")
     for k, codes in enumerate(found["codes"].T):
-        below.plot(found["time"], (codes - codes[0]) / 1e3, color=f"C{k}", label=f"coil {k + 1}")
-    figure.suptitle("A finger presses, shears to both sides and lifts off")
-    above.set(ylabel="force [N]")
+        change = (codes - codes[0]) / 1e3
+        below.plot(found["time"], change, color=f"C{k + 2}")
+        _name(below, found["time"], change, f"coil {k + 1}", f"C{k + 2}")
+    above.set(ylabel="force on the target [N]")
     below.set(xlabel="time [s]", ylabel="change of code [thousand]")
-    above.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-    below.legend()
+    for axes in (above, below):
+        axes.margins(y=0.2)
     figure.savefig(path, dpi=150)
     plt.close(figure)
+
+
+def _name(axes: Any, time: np.ndarray, values: np.ndarray, name: str, colour: str) -> None:
+    """Name a curve above its peak."""
+    peaks = np.flatnonzero(values >= values.max() - 0.01 * np.ptp(values))
+    place = time[peaks[len(peaks) // 2]], values.max()
+    axes.annotate(name, place, (0, 4), textcoords="offset points", ha="center", color=colour)
 
 
 if __name__ == "__main__":
