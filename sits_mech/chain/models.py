@@ -118,6 +118,10 @@ class Choice:
         """Whether it was asked for by name."""
         return self.why == Why.NAMED
 
+    def asked(self, tolerance: float) -> float:
+        """Return what its numerics are asked: the tolerance itself where it was asked for by name."""
+        return tolerance if self.by_name else self.tolerance
+
 
 def candidates(
     known: Mapping[str, Description], sensor: Sensor, question: Question, *, loaded: bool = False
@@ -284,7 +288,7 @@ def mechanical_model(
 
 def model_of(sensor: Sensor, choice: Choice, tolerance: float) -> MechanicalModel:
     """Return the model of a choice, to a tolerance where it was asked for by name."""
-    model = MECHANICS[choice.name](sensor, tolerance if choice.by_name else choice.tolerance)
+    model = MECHANICS[choice.name](sensor, choice.asked(tolerance))
     if choice.bent:
         model = model.bending(solved_bending(sensor))
     return touched(model, sensor)
@@ -309,7 +313,7 @@ def magnetic_model(
     """
     sensor = at_temperature(sensor)
     solved, choice = choose_magnetics(sensor, name, poses, checked_tolerance(tolerance))
-    return _built(sensor, solved, choice, tolerance if choice.by_name else choice.tolerance), choice
+    return _built(sensor, solved, choice, choice.asked(tolerance)), choice
 
 
 def loaded_model(
@@ -318,8 +322,7 @@ def loaded_model(
     """Return the magnetic model for poses under loads, with the reason; as `magnetic_model`."""
     sensor = at_temperature(sensor)
     solved, choice = choose_magnetics(sensor, name, loads, checked_tolerance(tolerance), loaded=True)
-    asked = MAGNETICS[choice.name].share * tolerance if choice.by_name else choice.tolerance
-    return _built(sensor, solved, choice, asked), choice
+    return _built(sensor, solved, choice, choice.asked(MAGNETICS[choice.name].share * tolerance)), choice
 
 
 def _built(sensor: Sensor, solved: Sensor, choice: Choice, tolerance: float) -> MagneticModel:

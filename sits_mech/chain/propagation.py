@@ -105,11 +105,6 @@ def poses_of(rests: Sequence[Equilibrium]) -> Bounded:
     return Bounded.of(each[:, 0], each[:, 1], parts.swapaxes(0, 1))
 
 
-def signals_at(found: Signals, index: int) -> Signals:
-    """Return one of many signals."""
-    return Signals(**{name: float(np.asarray(value)[index]) for name, value in found.known.items()})
-
-
 def read_poses(
     sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Direct | None = None, untilted: bool = True
 ) -> PoseReadings:

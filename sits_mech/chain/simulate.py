@@ -14,13 +14,15 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.flags import rest_flags, whole_error
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.omitted.mechanical import including
 from sits_mech.chain.plans.aimed import Promise
 from sits_mech.chain.plans.goal import goal_at
-from sits_mech.chain.propagation import poses_of, read_poses, signals_at
+from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
@@ -144,4 +146,5 @@ def simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) ->
         raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance
     single = {name: getattr(found, name)[0] for name in ("L", "R", "error_L", "error_R")}
-    return Simulation(equilibrium, replace(found, **single), signals_at(reading.signals, 0))
+    signals = Signals(**{name: float(np.asarray(value)[0]) for name, value in reading.signals.known.items()})
+    return Simulation(equilibrium, replace(found, **single), signals)

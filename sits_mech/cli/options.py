@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -265,25 +265,28 @@ def _written_load(text: str) -> Wrench:
 
     names = {**LOAD_ARGUMENTS, **{name: name for name in LOAD_ARGUMENTS.values()}}
     found = {}
-    for part in text.split(","):
-        name, equals, value = (word.strip() for word in part.partition("="))
-        if not (equals and value and name in names):
-            raise SceneError(f'--via: must be a load such as "fz=4 N, fx=0 N", of {", ".join(names)}; got {part!r}')
+    for name, value in _pairs("--via", text, names, f'a load such as "fz=4 N, fx=0 N", of {", ".join(names)}'):
         if names[name] in found:
             raise SceneError(f"--via: must give {names[name]} once; got {text!r}")
         found[names[name]] = quantity(value, UNITS[names[name]], f"--via {name}")
     return Wrench(**found)
 
 
+def _pairs(option: str, text: str, names: Collection[str], must: str) -> list[tuple[str, str]]:
+    """Return names and values of "x=1 mm, y=2 mm"; refuse what has other names, and say what it must be."""
+    pairs = [(name.strip(), value.strip()) for name, _, value in (part.partition("=") for part in text.split(","))]
+    if any(not value or name not in names for name, value in pairs):
+        raise SceneError(f"{option}: must be {must}; got {text!r}")
+    return pairs
+
+
 def _written_places(text: str) -> dict[str, Any]:
     """Return the places of ``--touch "x=-2 mm:2 mm:5, y=0 mm"`` by the names of a table's components [m]."""
-    found: dict[str, Any] = {}
-    for part in text.split(","):
-        name, equals, value = (word.strip() for word in part.partition("="))
-        if not (equals and value and name in ("x", "y")) or f"touch_{name}" in found:
-            raise SceneError(f'--touch: must be places such as "x=-2 mm:2 mm:5, y=0 mm", each once; got {text!r}')
-        found[f"touch_{name}"] = quantity_or_range(value, "m", f"--touch {name}")
-    return found
+    must = 'places such as "x=-2 mm:2 mm:5, y=0 mm", each once'
+    pairs = _pairs("--touch", text, ("x", "y"), must)
+    if len(dict(pairs)) < len(pairs):
+        raise SceneError(f"--touch: must be {must}; got {text!r}")
+    return {f"touch_{name}": quantity_or_range(value, "m", f"--touch {name}") for name, value in pairs}
 
 
 def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:

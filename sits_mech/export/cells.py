@@ -14,7 +14,7 @@ from string import Template
 
 import numpy as np
 
-from sits_mech.chain.cells.crosstalk import FORCES
+from sits_mech.chain.cells.crosstalk import FORCES, in_forces
 from sits_mech.chain.cells.forces import CellForces
 from sits_mech.export.firmware import c_rows
 from sits_mech.export.source import comment
@@ -80,7 +80,7 @@ def _left_aside(found: CellForces) -> str:
 
 def _beyond(found: CellForces, names: Sequence[str]) -> str:
     """Return what cells read by forces on others, as large as the load, at most."""
-    A, n = np.abs(found.mixing[..., [FORCES.index(name) for name in found.reads]]), np.arange(len(found.known))
+    A, n = np.abs(found.mixing[..., in_forces(found.reads)]), np.arange(len(found.known))
     A[n, :, n] = 0.0
     most = dict(zip(found.reads, found.crosstalk.load * A.sum(axis=(2, 3)).max(axis=0), strict=True))
     return ", ".join(f"{most[name]:.3g} N of {name}" for name in names)

@@ -35,19 +35,16 @@ from sits_mech.readout.converter import (
 
 def front_end(
     part: Converter, L: ArrayLike, R: ArrayLike, capacitance: float, *, clock: float | None = None,
-    rcount: int = 0xFFFF, noise: float | None = None,
+    rcount: int = 0xFFFF,
 ) -> FrontEnd:
     """Return a converter's settings for n coils over m loads, L and R (m, n) at the terminals, leads included [H, ohm].
 
     `capacitance` is across each coil, of pins and cable too [F]; `clock` external, the part's greatest by default [Hz];
-    `rcount` the reference count: longer conversions are quieter; `noise` the relative noise of the frequency as
-    measured, one standard deviation, by default of `relative_noise`. ValueError when one of these is none the part can
+    `rcount` the reference count: longer conversions are quieter. ValueError when one of these is none the part can
     have.
     """
     L, R = np.atleast_2d(np.asarray(L, dtype=float)), np.atleast_2d(np.asarray(R, dtype=float))
     clock = check_settings(part, clock, rcount)
-    if noise is not None and not 0.0 < noise < np.inf:
-        raise ValueError(f"noise: must be a positive relative deviation; got {noise:g}")
     if L.shape != R.shape or not L.size or not (np.all(np.isfinite(L)) and np.all(R > 0.0)):
         raise ValueError(f"L and R: must be finite, positive and of one shape; got {L.shape} and {R.shape}")
     f, R_p = tank_frequency(L, capacitance, R), parallel_resistance(L, R, capacitance)
@@ -66,11 +63,10 @@ def front_end(
     times = conversion_time(rcount, part, reference) + several * switching
     gain, offset = _window(part, f / (divider * reference))
     own = relative_noise(f, part, reference, rcount, divider, gain=gain)
-    relative = np.max(own, axis=0) if noise is None else noise
     found = FrontEnd(
         part, reference, rcount, divider, reference_divider, np.minimum(settle, 0xFFFF), drive, _ends(f),
         _ends(code_of(f, part, reference, divider, gain=gain, offset=offset)), _ends(R_p), _ends(Q), _ends(amplitude),
-        times, float(1.0 / times.sum()), inductance_noise(L.max(axis=0), relative), (), (), gain, offset,
+        times, float(1.0 / times.sum()), inductance_noise(L.max(axis=0), own.max(axis=0)), (), (), gain, offset,
     )
     return replace(found, warnings=_warnings(found, settle), registers=part.registers(found))
 

@@ -216,8 +216,10 @@ def test_what_cannot_be_set_is_refused() -> None:
 
 def test_noise_is_that_of_the_largest_inductance() -> None:
     """Of each coil over all its loads: a relative deviation of the frequency is twice that of L."""
-    found = front_end(LDC1614, [[2.3e-6, 2.0e-6], [2.2e-6, 2.1e-6]], np.full((2, 2), 2.7), 330e-12, noise=1e-8)
-    assert found.noise == pytest.approx([2.0 * 2.3e-6 * 1e-8, 2.0 * 2.1e-6 * 1e-8])
+    L, R = np.array([[2.3e-6, 2.0e-6], [2.2e-6, 2.1e-6]]), np.full((2, 2), 2.7)
+    found = front_end(LDC1614, L, R, 330e-12)
+    own = relative_noise(tank_frequency(L, 330e-12, R), found.part, found.reference, found.rcount, found.input_divider)
+    assert found.noise == pytest.approx(2.0 * L.max(axis=0) * own.max(axis=0))
 
 
 def test_faults_have_their_words() -> None:

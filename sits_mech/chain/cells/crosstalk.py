@@ -193,7 +193,7 @@ def crosstalk_by(cells: Cells, tolerance: float, load: float) -> tuple[CellCross
     pad, (S, off) = cells_pad(cells, tolerance), signal_slopes(cells, weights, tolerance)
     limit = pad.levels.limit([np.stack(_parts(S, C, reads)) for C in pad.compliances])
     mechanical, total = limit.value
-    C, read = pad.compliances[-1], [FORCES.index(name) for name in reads]
+    C, read = pad.compliances[-1], in_forces(reads)
     least = np.abs(own_calibration(S, C, reads))
     missed = np.einsum("irs,iskp,kpjw->irjw", least, off, np.abs(C[..., places_of(FORCES)]))
     missed += np.einsum("irs,isjw->irjw", own_of(missed)[..., read], np.abs(total))  # G_ii
@@ -324,3 +324,8 @@ def own_of(of_pairs: Array) -> Array:
 def places_of(forces: Sequence[str]) -> list[int]:
     """Return where forces stand in a wrench."""
     return [WRENCH.index(name) for name in forces]
+
+
+def in_forces(reads: Sequence[str]) -> list[int]:
+    """Return where forces that are read stand in `FORCES`."""
+    return [FORCES.index(name) for name in reads]

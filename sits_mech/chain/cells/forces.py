@@ -38,7 +38,7 @@ from itertools import product
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.cells.crosstalk import FORCES, CellCrosstalk, crosstalk_by, inverses, own_of, places_of
+from sits_mech.chain.cells.crosstalk import FORCES, CellCrosstalk, crosstalk_by, in_forces, inverses, own_of, places_of
 from sits_mech.mechanics.cells.targets import CellsPad, cells_pad
 from sits_mech.quantities import Array, Mask, Wrench
 from sits_mech.scene.cells import Cells
@@ -88,7 +88,7 @@ class CellForces:
     @property
     def by_mixing(self) -> Array:
         """|M| D, error of forces by that of the mixing, per newton on each cell, (n, r, n, r) [N/N]."""
-        return _through(self.inverse, self.mixing_error[..., self._at])
+        return _through(self.inverse, self.mixing_error[..., in_forces(self.reads)])
 
     @property
     def by_finite_strain(self) -> Array:
@@ -99,7 +99,8 @@ class CellForces:
     def by_unread(self) -> Array:
         """M B: what forces that a cell does not read make of those that are found, (n, r, n, 3) [N/N]."""
         found = np.einsum("irks,ksjw->irjw", self.inverse, self.mixing)
-        found[..., self._at] = np.where(self.known, 0.0, found[..., self._at])
+        at = in_forces(self.reads)
+        found[..., at] = np.where(self.known, 0.0, found[..., at])
         return np.asarray(found)
 
     def forces(self, read: Array) -> tuple[Array, Array]:
@@ -112,12 +113,6 @@ class CellForces:
         error = np.einsum("irjs,...js->...ir", self.by_mixing, np.abs(f))
         error += np.einsum("irjs,...js->...ir", self.by_finite_strain, f**2 / self.crosstalk.load)
         return np.where(self.known, f, np.nan), np.where(self.known, error, np.nan)
-
-    @property
-    def _at(self) -> list[int]:
-        """Where the forces that are read stand in `FORCES`."""
-        return [FORCES.index(name) for name in self.reads]
-
 
 @checked_arguments
 @one_thread
@@ -153,7 +148,7 @@ def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> Cel
     alone = {kind: _alone(found.cells, kind, len(pad.compliances)) for kind in set(found.cells.kinds)}
     pads = [alone[kind] for kind in found.cells.kinds]
     A, D, H = _mixing(S, off, pad, pads, found.reads)
-    at, known = [FORCES.index(name) for name in found.reads], np.isfinite(own_of(found.total)[..., 0])
+    at, known = in_forces(found.reads), np.isfinite(own_of(found.total)[..., 0])
     strain = _finite_strain(found, S, H, pad, pads)
     made = CellForces(found, A, D, strain, _inverse(A[..., at], known), time.process_time() - began)
     _check_resolved(made)

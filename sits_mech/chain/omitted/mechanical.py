@@ -55,7 +55,7 @@ def within_omissions(
     left = tolerance_left(sized(item for item in left_out if not item.held), tolerance)
     if left == tolerance or not isinstance(layer, RefinedModel):
         return layer
-    return layer.towards(None, left if choice.by_name else min(left, choice.tolerance))
+    return layer.towards(None, min(left, choice.asked(left)))
 
 
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from sits_mech.geometry.meshing.soundness import FACES
 from sits_mech.memory import input_bytes
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
@@ -26,11 +27,7 @@ _KINDS = {"C3D4": "tetra", "C3D10": "tetra10", "C3D8": "hexahedron", "C3D20": "h
           "C3D6": "wedge", "C3D15": "wedge15"}
 _SHELL = re.compile(r"(?:CPS|CPE|CAX|M3D|S|R3D|SFM3D|STRI)([3468])")
 _SIDE = re.compile(r"s\d+")
-_FACES = {
-    4: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
-    6: ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
-    8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
-}
+_FACES = FACES | {6: ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0))}
 CORNERS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8, "wedge": 6, "wedge15": 6}
 """Corners of cells."""
 Key = tuple[str, int]  # a part, and a label of a node or an element in it

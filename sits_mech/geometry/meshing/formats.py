@@ -18,14 +18,12 @@ import numpy as np
 
 from sits_mech.geometry.meshing.abaqus import CORNERS, Key, faces_named, read_deck
 from sits_mech.geometry.meshing.cells import Named, ordered
+from sits_mech.geometry.meshing.soundness import FACES
 from sits_mech.quantities import Integers
 from sits_mech.scene.parts.outlines import read_mesh
 from sits_mech.units import SceneError
 
-_EXODUS = {
-    4: ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
-    8: ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7)),
-}
+_EXODUS = {4: (1, 2, 3, 0), 8: (2, 3, 4, 5, 0, 1)}  # our numbers of its sides
 
 
 def read_named(path: str | Path) -> Named:
@@ -140,7 +138,8 @@ def _side_sets(path: str | Path, cells: dict[str, Integers]) -> dict[str, list[I
         blocks = (stored[f"connect{k + 1}"] for k in range(len(file.dimensions["num_el_blk"])))
         before = takewhile(lambda block: str(block.elem_type)[:3].upper() not in ("TET", "HEX"), blocks)
         first = sum(block.shape[0] for block in before)
-    local = np.array(_EXODUS[4 if solid.shape[1] in (4, 10) else 8])
+    count = 4 if solid.shape[1] in (4, 10) else 8
+    local = np.array(FACES[count])[list(_EXODUS[count])]
     found = {}
     for k in range(len(sides) // 2):
         cell, side = sides[f"elem_ss{k + 1}"] - 1 - first, sides[f"side_ss{k + 1}"] - 1

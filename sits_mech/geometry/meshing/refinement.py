@@ -33,12 +33,8 @@ _ELEMENTS: dict[type[Mesh], tuple[type[Mesh], Element, Element]] = {
 }
 """Straight mesh, linear and quadratic element of each kind of mesh."""
 
-# Middles of a tetrahedron's edges at the ends of each inner diagonal, and around it.
-_DIAGONALS = (
-    ((0, 1), (2, 3), ((0, 2), (1, 2), (1, 3), (0, 3))),
-    ((0, 2), (1, 3), ((0, 1), (1, 2), (2, 3), (0, 3))),
-    ((0, 3), (1, 2), ((0, 1), (1, 3), (2, 3), (0, 2))),
-)
+_DIAGONALS = ((0, 1), (2, 3)), ((0, 2), (1, 3)), ((0, 3), (1, 2))
+"""Edges of a tetrahedron at whose middles each inner diagonal ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,11 +136,11 @@ def _tetrahedra() -> Array:
     """Return corners of a tetrahedron's pieces, shape (16, 4, 3): four at its corners, four about each diagonal."""
     corners = np.vstack([np.zeros(3), np.eye(3)])
     pieces = [0.5 * (corners + corner) for corner in corners]
-    for first, second, ring in _DIAGONALS:
-        ends = [corners[list(edge)].mean(axis=0) for edge in (first, second)]
-        around = [corners[list(edge)].mean(axis=0) for edge in ring]
-        for a, b in zip(around, [*around[1:], around[0]], strict=True):
-            piece = np.stack([*ends, a, b])
+    for (a, b), (c, d) in _DIAGONALS:
+        ends = [corners[list(edge)].mean(axis=0) for edge in ((a, b), (c, d))]
+        around = [corners[sorted(edge)].mean(axis=0) for edge in ((a, c), (b, c), (b, d), (a, d))]
+        for one, other in zip(around, [*around[1:], around[0]], strict=True):
+            piece = np.stack([*ends, one, other])
             turned = np.linalg.det(piece[1:] - piece[0]) < 0.0
             pieces.append(piece[[1, 0, 2, 3]] if turned else piece)
     return np.stack(pieces)
@@ -155,8 +151,8 @@ def _by_diagonal(places: Array) -> Integers:
     corners, nodes = np.vstack([np.zeros(3), np.eye(3)]), ElementTetP2().doflocs
     middle = {
         edge: int(np.argmin(np.abs(nodes - corners[list(edge)].mean(axis=0)).sum(axis=1)))
-        for diagonal in _DIAGONALS for edge in diagonal[:2]
+        for diagonal in _DIAGONALS for edge in diagonal
     }
-    lengths = [np.linalg.norm(places[:, middle[a]] - places[:, middle[b]], axis=1) for a, b, _ in _DIAGONALS]
+    lengths = [np.linalg.norm(places[:, middle[a]] - places[:, middle[b]], axis=1) for a, b in _DIAGONALS]
     best = np.argmin(np.round(np.stack(lengths) / np.max(lengths, axis=0), 9), axis=0)
     return np.column_stack([np.tile(np.arange(4), (len(places), 1)), 4 + 4 * best[:, None] + np.arange(4)])

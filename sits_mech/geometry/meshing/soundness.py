@@ -24,7 +24,7 @@ FACES = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
-"""Corners of the faces of tetrahedra and hexahedra, around each, in the order of VTK."""
+"""Corners of the faces of tetrahedra and hexahedra, around each, in the order of VTK, which is that of Abaqus."""
 
 _NEAR = 1e-3  # of the shortest edge: what is closer than that is one place
 

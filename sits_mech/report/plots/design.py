@@ -43,10 +43,10 @@ def design_pictures(asked: Requirements, found: DesignAnswer) -> dict[str, Calla
 
 
 def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
-    """Return two figures of all designs: what is minimised first, and a limit that the best design is nearest to."""
+    """Return what is minimised first over the figure whose limit the best design is nearest to, of all designs."""
     task, (first, *others) = found.task, _drawn(found)
     near = task.excess(task.figures(found.best), None)
-    other = max(others, key=lambda name: (name in task.goal, near.get(name, -np.inf)), default=first)
+    other = max(others, key=lambda name: near.get(name, -np.inf), default=first)
     with new_figure(0.8) as (figure, (spot,)):
         _marks(spot, asked, found, (other, first))
         best = choice_words(asked, found.best.design.choice)
@@ -81,10 +81,11 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
     spot.plot(*_places(task, [found.best], names).T, "k*", ms=7, label=_star(found))
-    for name, span in zip(names, (spot.axvspan, spot.axhspan), strict=True):
+    for name, way in zip(names, "vh", strict=True):
         if name in task.limits:
             limit = shown_as(name)[1] * task.limits[name]
-            span(limit, limit + 1e3 * kind_of(name).sign * abs(limit), color="0.5", alpha=0.2, lw=0.0)
+            far = limit + 1e3 * kind_of(name).sign * abs(limit)
+            getattr(spot, f"ax{way}span")(limit, far, color="0.5", alpha=0.2, lw=0.0)
     spot.set(xlabel=_label(names[0]), ylabel=_label(names[1]))
 
 

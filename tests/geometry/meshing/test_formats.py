@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from sits_mech.geometry.meshing.formats import _EXODUS, read_named
+from sits_mech.geometry.meshing.formats import read_named
 from sits_mech.geometry.meshing.store import read_solid
 from sits_mech.units import SceneError
 
@@ -17,6 +17,7 @@ W, L, T = 12e-3, 10e-3, 3e-3
 KINDS = ("tet4", "tet10", "hex8", "hex20", "hex27", "prism6")
 WAYS = ("gmsh .msh", "gmsh .msh 2.2", "gmsh .inp", "gmsh .med", "meshio .inp", "meshio .xdmf", "meshio .vtu",
         "meshio .vtk", "gmsh .mesh", "gmsh .su2", "gmsh .bdf", "gmsh .unv")
+SIDES = ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1), (4, 5, 6, 7))  # of Exodus' hexahedra
 PAGE = Path(__file__).parents[3] / "docs" / "howto" / "own_mesh.md"
 
 
@@ -146,7 +147,7 @@ def test_side_sets_of_exodus(folder: Path, tmp_path: Path) -> None:
         file.createDimension("len_name", 33)
         file.createVariable("ss_names", "S1", ("num_side_sets", "len_name"))
         for k, (name, height) in enumerate((("ground", 0.0), ("target", T)), 1):
-            faces = [(cell, side) for side, own in enumerate(_EXODUS[8], 1) for cell in np.flatnonzero(
+            faces = [(cell, side) for side, own in enumerate(SIDES, 1) for cell in np.flatnonzero(
                 np.abs(z[:, list(own)] - height).max(axis=1) < 1e-9) + 1]
             file.createDimension(f"num_side_ss{k}", len(faces))
             for column, start in enumerate(("elem", "side")):
