@@ -151,7 +151,8 @@ UNMIRRORED = {
     "report/tables/loops.py": "tests/cli/test_main.py: cycle prints it",
     "report/tables/readings.py": "tests/analysis/readings/test_bench.py: invert and converter print it",
     **dict.fromkeys(
-        (f"scene/{name}.py" for name in ("materials", "parts/metal")), "tests/scene/test_sensor.py: whole scenes"
+        (f"scene/{name}.py" for name in ("materials", "parts/metal", "parts/readout")),
+        "tests/scene/test_sensor.py: whole scenes",
     ),
     **dict.fromkeys(
         (f"silicone/laws/{name}.py" for name in ("gent", "law", "mooney_rivlin", "neo_hookean", "ogden", "yeoh")),

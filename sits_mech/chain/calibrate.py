@@ -18,7 +18,7 @@ from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
-from sits_mech.chain.flags import whole_error
+from sits_mech.chain.flags import answer_error
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
@@ -194,7 +194,7 @@ def _read(
     shown = reading.impedance
     share = shown.report.seconds / max(len(read), 1)
     seconds = {"seconds": ((), np.array([one.seconds for one in settled]) + np.array(good) * share)}
-    errors = [0.0 if one is None else whole_error(found.goal, one, shown.report.left_out) for one in rests]
+    errors = [0.0 if one is None else answer_error(found.goal, one, shown.report.left_out) for one in rests]
     words = _words(sensor, settled, status, errors, (request["tolerance"], shown))
     own = over_grid(grid, np.ones(len(loads)), words | seconds)
     of_read = of_readings(sensor, reading, poses) | ({} if slopes is None else slopes(shown, read))

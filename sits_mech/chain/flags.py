@@ -20,7 +20,7 @@ from sits_mech.scene.sensor import Sensor, known_stretch
 from sits_mech.status import flags_of, marked
 
 
-def whole_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omission]) -> float:
+def answer_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omission]) -> float:
     """Return the error of an answer over the signals' full scale, with all that is left out; 0 without a goal.
 
     `left_out` is what the magnetic model leaves out; the errors of the pose hold what the mechanics do.

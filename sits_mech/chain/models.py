@@ -89,29 +89,14 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True)
 class Choice:
-    """A model that was taken.
+    """A model that was taken."""
 
-    Attributes
-    ----------
-    name : str
-        As on the command line.
-    why : Why
-    candidates : tuple of Candidate
-        All models, the cheapest first; those that do not hold the scene last.
-    left_out : tuple of Omission
-        What counts of what it leaves out, far conductors among them, as estimated beforehand.
-    tolerance : float
-        Asked of its numerics.
-    bent : bool
-        Whether a mechanical model bends the target (chain/omitted/bending.py).
-    """
-
-    name: str
+    name: str  # as on the command line
     why: Why = Why.NAMED
-    candidates: tuple[Candidate, ...] = ()
-    left_out: tuple[Omission, ...] = ()
-    tolerance: float = math.nan
-    bent: bool = False
+    candidates: tuple[Candidate, ...] = ()  # all models, the cheapest first; those that do not hold the scene last
+    left_out: tuple[Omission, ...] = ()  # what counts of it, far conductors among them, as estimated beforehand
+    tolerance: float = math.nan  # asked of its numerics
+    bent: bool = False  # whether a mechanical model bends the target (chain/omitted/bending.py)
 
     @property
     def by_name(self) -> bool:

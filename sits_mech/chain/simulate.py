@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.flags import rest_flags, whole_error
+from sits_mech.chain.flags import answer_error, rest_flags
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.omitted.mechanical import including
 from sits_mech.chain.plans.aimed import Promise
@@ -128,16 +128,16 @@ def simulate(
     layer = layer if depth is None else to_depth(layer, sensor, depth)
     found = aimed_rest(sensor, loads, (layer, choice), (magnetics, tolerance), symmetry_of(sensor), best=best)
     rest = including(sensor, found.rest, found.left_out)
-    shown = simulated(sensor, found.field, rest)
+    shown = simulation_at(sensor, found.field, rest)
     goal, left_out = found.goal or goal_at(sensor, found.field, [rest.pose]), shown.impedance.report.left_out
-    error = whole_error(goal, rest, left_out)
+    error = answer_error(goal, rest, left_out)
     seconds = time.process_time() - began
     promise = None if found.planned is None else Promise(found.planned, seconds, found.reached, error)
     flags = rest_flags(sensor, rest, tolerance, error, left_out)
     return replace(shown, promise=promise, flags=flags, left_out=found.left_out)
 
 
-def simulated(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
+def simulation_at(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium) -> Simulation:
     """Return the simulation of an equilibrium: impedance and signals at its pose."""
     check_clearance(sensor, equilibrium.pose)
     try:

@@ -321,7 +321,6 @@ def _loop(sensor: Sensor, data: xr.Dataset, period: float) -> tuple[Array, Array
     from sits_mech.analysis.readings.bench import branches
     from sits_mech.quantities import Wrench
     from sits_mech.readout.loads import ends_of, fixed, load_words, request_of, varied
-    from sits_mech.units import SceneError
 
     request = request_of(data)
     models = {name: request[name] for name in ("mechanics", "magnetics", "tolerance")}

@@ -14,24 +14,12 @@ from sits_mech.quantities import Array, tensor_grid
 
 @dataclass(frozen=True)
 class TableErrors:
-    """Errors of a table's inductances over its loads, two deviations each, and what is not known of its silicone.
+    """Errors of a table's inductances over its loads, two deviations each, and what is not known of its silicone."""
 
-    Attributes
-    ----------
-    axes : tuple of ndarray
-        Values of each force that the table holds [N, N m].
-    shared : ndarray, shape (k, *sizes, n)
-        Parts with their signs, each common to all loads and coils [unit].
-    own : ndarray, shape (*sizes, n)
-        What is left, of each coil for itself [unit].
-    modulus : float
-        Standard deviation of the logarithm of the silicone's modulus [-].
-    """
-
-    axes: tuple[Array, ...]
-    shared: Array
-    own: Array
-    modulus: float = 0.0
+    axes: tuple[Array, ...]  # values of each force that the table holds [N, N m]
+    shared: Array  # (k, *sizes, n), parts with their signs, each common to all loads and coils [unit]
+    own: Array  # (*sizes, n), what is left, of each coil for itself [unit]
+    modulus: float = 0.0  # standard deviation of the logarithm of the silicone's modulus [-]
 
     def scaled(self, rate: Array) -> TableErrors:
         """Return the errors in another unit, `rate` (n,) of it a unit of each coil."""

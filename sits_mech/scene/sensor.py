@@ -27,7 +27,8 @@ from sits_mech.scene.materials import Metal
 from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.parts.cover import Cover, check_cover
 from sits_mech.scene.parts.elastomer import Elastomer, Layer
-from sits_mech.scene.parts.metal import Conductor, Readout, Target, Tolerances
+from sits_mech.scene.parts.metal import Conductor, Target
+from sits_mech.scene.parts.readout import Readout, Tolerances
 from sits_mech.scene.parts.touch import Touch, check_touch
 from sits_mech.silicone.material import Silicone
 from sits_mech.units import SceneError, quantity, shown

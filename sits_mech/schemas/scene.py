@@ -18,7 +18,8 @@ from sits_mech.scene.materials import metals, silicones
 from sits_mech.scene.parts.coils import SHAPES, Coil
 from sits_mech.scene.parts.cover import Cover
 from sits_mech.scene.parts.elastomer import NOT_WITH_LAYERS, Elastomer, Layer
-from sits_mech.scene.parts.metal import PLATE_SIZES, Conductor, Readout, Target
+from sits_mech.scene.parts.metal import PLATE_SIZES, Conductor, Target
+from sits_mech.scene.parts.readout import Readout
 from sits_mech.scene.parts.slots import Slot
 from sits_mech.scene.parts.touch import Touch
 from sits_mech.scene.sensor import Sensor

@@ -40,20 +40,11 @@ class Softening:
 
     Source: R. W. Ogden, D. G. Roxburgh, Proc. R. Soc. A 455 (1999) 2861, with the beta of W. V. Mars, Tire Sci.
     Technol. 32 (2004) 120. W is the energy density of the law, per volume without load.
-
-    Attributes
-    ----------
-    r : float
-        Inverse depth, greater than 1 [-].
-    m : float
-        Energy density over which the softening fades where the largest one is small [Pa].
-    beta : float
-        Share of the largest energy density that is added to m [-]; m and beta are not both zero.
     """
 
-    r: float
-    m: float = 0.0
-    beta: float = 1.0
+    r: float  # inverse depth, greater than 1 [-]
+    m: float = 0.0  # energy density over which the softening fades where the largest one is small [Pa]
+    beta: float = 1.0  # share of the largest energy density that is added to m [-]; m and beta are not both zero
 
     def factor(self, energy: ArrayLike, largest: ArrayLike, volume: float = 1.0) -> Array:
         """Return eta, the share of the virgin stress that is left [-].

@@ -243,7 +243,6 @@ class _Page:
             self.drawing_soon = self.loop.call_later(_RESTS, self._draw_plainly, view.sensor)
             return
         self.framed = True
-        from sits_mech.studio.page import cost, frame, pictures
         from sits_mech.studio.previews import open_share
 
         words = f"signals within {100.0 * open_share(view.data):.3g} % of their range"
@@ -281,8 +280,6 @@ class _Page:
 
     def _hands_out(self, name: str) -> None:
         """Give a file of what is shown."""
-        from sits_mech.studio.page import file_of
-
         self._tried(lambda: ui.download(file_of(self.session.view(), name), name))
 
 

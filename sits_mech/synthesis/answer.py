@@ -214,7 +214,7 @@ def why_not(search: Search, other: Answered, best: Answered) -> str:
         error = other.error.get(name, 0.0)
         unsure = f" +- {figure_words(name, error)}" if error > 0.0 else ""
         return f"{name} {figure_words(name, figures[name])}{unsure} against {figure_words(name, task.limits[name])}"
-    own, least = task.aim(figures), task.aim(task.figures(best))
+    own, least = task.objective(figures), task.objective(task.figures(best))
     if own - least < task.doubt(other) + task.doubt(best):
         return f"holds the limits, and is as good within the errors: what is minimised is {_more(own, least)}"
     words, promise = f"holds the limits, but what is minimised is {_more(own, least)}", _promised(search, other, best)

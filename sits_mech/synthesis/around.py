@@ -52,7 +52,7 @@ class Landscape:
     names: tuple[str, ...]  # keys of the scene
     axes: tuple[Array, ...]  # values of each, as written
     units: tuple[str, ...]
-    aim: Array  # what is minimised; nan far from all that was solved, or not invertible
+    objective: Array  # what is minimised; nan far from all that was solved, or not invertible
     excess: Array  # of the limit exceeded most, over itself; nan far from all that was solved
 
 
@@ -61,15 +61,15 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
     task = search.task
     figures, off = task.figures(best), task.errors(best)
     found = []
-    every, aim = task.excess(figures, best.table), np.nan
+    every, objective = task.excess(figures, best.table), np.nan
     for name, excess in every.items():
         if excess < -max(_BINDS, off.get(name, 0.0)) or name == "yield" and len(every) > 1 and excess < 0.0:
             continue
         gain = np.nan
         if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
-            aim = search.propose(branch).merit if np.isnan(aim) else aim
+            objective = search.propose(branch).merit if np.isnan(objective) else objective
             loose = replace(search, task=_looser(task, name)).propose(branch).merit
-            gain = (loose - aim) / abs(aim) if aim else np.nan
+            gain = (loose - objective) / abs(objective) if objective else np.nan
         found.append(Price(name, excess, float(gain)))
     return tuple(sorted(found, key=lambda price: -price.excess))
 
@@ -90,20 +90,20 @@ def landscape_of(asked: Requirements, search: Search, prediction: Prediction, be
     count = _FINE if len(some) == 1 else _COARSE
     unit = np.linspace(0.0, 1.0, count)
     shape = (count,) * len(some)
-    aim, excess = np.zeros((2, *shape))
+    objective, excess = np.zeros((2, *shape))
     for index in np.ndindex(shape):
         x = best.point.copy()
         x[: len(some)] = unit[list(index)]
         if prediction.distance(x) > _KNOWN:
-            aim[index] = excess[index] = np.nan
+            objective[index] = excess[index] = np.nan
             continue
         there = prediction.at(x)
         figures = search.task.figures(there)
         beyond = search.task.excess(figures, there.table)
-        aim[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.aim(figures)
+        objective[index] = np.nan if beyond.get(INVERSE, 0.0) > 0.0 else search.task.objective(figures)
         excess[index] = max(beyond.values(), default=-1.0)
     axes = tuple(np.array([*map(each.value, unit)]) for each in some)
-    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), aim, excess)
+    return Landscape(tuple(each.key for each in some), axes, tuple(each.unit for each in some), objective, excess)
 
 
 def sensitivities(

@@ -108,7 +108,7 @@ def design(
     share = made_share(task, best)
     open_ = [name for name in task.undecided(best) if name != "yield"]
     open_ += ["yield"] if share.low < asked.least_yield <= share.high else []
-    feasible = search.merit(best) <= task.aim(task.figures(best)) and not share[0] < asked.least_yield
+    feasible = search.merit(best) <= task.objective(task.figures(best)) and not share[0] < asked.least_yield
     judged = {each.design.choice for each in finals}
     others = [each for each in firsts(known, search.at_best) if each.design.choice not in judged]
     return DesignAnswer(

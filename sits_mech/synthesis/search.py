@@ -110,7 +110,7 @@ class Search:
     @property
     def enough(self) -> bool:
         """Whether nothing is minimised and a design holds."""
-        return not self.task.goal and self.best_merit <= 0.0
+        return not self.task.goal and min(map(self.merit, self.known), default=np.inf) <= 0.0
 
     def branch_of(self, found: Answered) -> Branch:
         """Return the search of a design's choice."""
@@ -120,11 +120,6 @@ class Search:
     def known(self) -> list[Answered]:
         """All solved designs."""
         return [each for branch in self.branches for each in branch.known]
-
-    @property
-    def best_merit(self) -> float:
-        """The least merit of all solved designs."""
-        return min(map(self.merit, self.known), default=np.inf)
 
     def merit(self, found: Answered) -> float:
         """Return what is minimised of a solved design, exceeded limits added; infinite of one without a table."""
@@ -137,7 +132,7 @@ class Search:
         task = self.task
         figures, off = task.figures(found), task.errors(found)
         left = [value - off.get(name, 0.0) for name, value in task.excess(figures, found.table).items()]
-        return task.aim(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
+        return task.objective(figures) - task.doubt(found) + _exceeded(max(left, default=0.0))
 
     def may_beat(self, other: Answered, best: Answered) -> bool:
         """Return whether another design may be better than the best one within the errors."""
@@ -151,7 +146,7 @@ class Search:
         """Return the merit of a design, solved or predicted."""
         figures = self.task.figures(found)
         worst = max(self.task.excess(figures, found.table).values(), default=0.0)
-        return self.task.aim(figures) + _exceeded(worst, slack)
+        return self.task.objective(figures) + _exceeded(worst, slack)
 
     def as_good(self, merit: float, least: float) -> bool:
         """Return whether a merit is the least one of its own choice, within what is worth a solve."""
@@ -258,8 +253,8 @@ class Search:
         found = self._add(branch, promise.x)
         promised, came = before - promise.merit, before - self.merit(found)
         if single and found.carried:
-            aim = self.task.aim(self.task.figures(found))
-            self.missed.append(abs(aim - promise.merit + _exceeded(promise.excess)))
+            objective = self.task.objective(self.task.figures(found))
+            self.missed.append(abs(objective - promise.merit + _exceeded(promise.excess)))
         if came >= _GOOD * promised:
             branch.radius = min(_WIDER * branch.radius, 1.0)
         elif came < _BAD * promised:
@@ -297,7 +292,7 @@ class Search:
                 there = prediction.at(x)
                 figures = self.task.figures(there)
                 over = np.array(list(self.task.excess(figures, there.table).values()) or [-1.0])
-                last[key] = self.task.aim(figures), np.clip(over, -1.0, 1e3)
+                last[key] = self.task.objective(figures), np.clip(over, -1.0, 1e3)
             return last[key]
 
         def aimed(z: Array) -> float:
@@ -315,8 +310,8 @@ class Search:
             options={"maxiter": 25, "ftol": 1e-6}, constraints=[NonlinearConstraint(left, 0.0, np.inf)],
         )
         x = np.clip(result.x[:-1], *np.array(bounds).T)
-        aim, over = seen(x)
-        return Proposal(x, aim + _exceeded(float(over.max())), float(over.max()))
+        objective, over = seen(x)
+        return Proposal(x, objective + _exceeded(float(over.max())), float(over.max()))
 
 
 def _toward(prediction: Prediction, x: Array) -> list[Array]:

@@ -78,7 +78,7 @@ def goal_of(found: DesignAnswer) -> tuple[float, float]:
     task, best = found.task, found.best
     figures, size = task.figures(best), task.sizes | (task.weighed or task.limits)
     error = {each.name: each.error / shown_as(each.name)[1] for each in found.figures}
-    return task.aim(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
+    return task.objective(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
 
 
 def missed(asked: Requirements, found: DesignAnswer, tolerance: float, folder: Path) -> str:

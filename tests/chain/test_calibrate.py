@@ -12,7 +12,7 @@ import xarray as xr
 
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import _marks, _promised, calibrate
-from sits_mech.chain.flags import whole_error
+from sits_mech.chain.flags import answer_error
 from sits_mech.chain.interpolate import checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted import mechanical as leaving
@@ -262,7 +262,7 @@ def test_a_load_is_marked_by_its_error_its_stretch_and_how_it_was_found(sensor: 
         (rest_of(3e-6), None, "ok", NOTES), (rest_of(stretch=None), goal, "ok", NOTES),
         (rest_of(notes=BETWEEN), goal, "interpolated", BETWEEN),
     ):
-        error = whole_error(own, settled.rest, ())
+        error = answer_error(own, settled.rest, ())
         found = _marks(sensor, settled, "ok", error, (2e-2, NOTHING))
         assert (found["status"], found["flags"], unpacked(found["notes"])) == (flags, flags, notes)
     far = _marks(sensor, rest_of(stretch=1.5 * known), "ok", 0.0, (2e-2, NOTHING))
@@ -290,7 +290,7 @@ def test_a_load_is_marked_by_what_both_halves_leave_out(
     assert settled.rest is not None
     pad = Omission(OmissionKind.PAD_ENDS, rest_size, Relative.DISPLACEMENT)
     report = replace(settled.rest.report, left_out=(pad,))
-    error = whole_error(goal, settled.rest, (ends,))
+    error = answer_error(goal, settled.rest, (ends,))
     found = _marks(sensor, Settled(replace(settled.rest, report=report)), "ok", error, (2e-2, shown))
     assert found["flags"] == flags and found["status"] == flags.partition(";")[0]
 

@@ -95,7 +95,7 @@ def best_of_grid(wanted: Requirements, found: DesignAnswer, count: int = 13) -> 
                 each = spring(solver, Design(choice, (float(x), float(y))))
                 figures = task.figures(each)
                 if max(task.excess(figures, each.table).values()) <= 0.0:
-                    least = min(least, task.aim(figures))
+                    least = min(least, task.objective(figures))
     return float(least)
 
 
@@ -104,7 +104,7 @@ def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer)
     """Within a tenth of 507 designs; round to a fiftieth of the bounds; limits hold, and so does the yield."""
     assert found.feasible and found.share.value >= 0.9 and found.solves < 40
     figures = found.task.figures(found.best)
-    assert found.task.aim(figures) < 1.1 * best_of_grid(asked(), found)
+    assert found.task.objective(figures) < 1.1 * best_of_grid(asked(), found)
     thickness, width = (float(str(found.values[key]).split()[0]) for key in ("elastomer.thickness", "target.width"))
     assert thickness / 0.1 == pytest.approx(round(thickness / 0.1)) and width / 0.2 == pytest.approx(round(width / 0.2))
 
@@ -113,7 +113,7 @@ def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer)
 def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     """To 3 % of what is minimised."""
     every = (found, *(design(asked(), seed=seed) for seed in (1, 2)))
-    aims = [one.task.aim(one.task.figures(one.best)) for one in every]
+    aims = [one.task.objective(one.task.figures(one.best)) for one in every]
     assert np.ptp(aims) < 0.03 * min(aims)
 
 
@@ -151,7 +151,7 @@ def test_what_binds_has_a_price_and_others_a_reason(found: DesignAnswer) -> None
         str(found.values["elastomer.material"])
     }
     assert all(each.why for each in found.lost)
-    assert found.front and found.landscape is not None and np.isfinite(found.landscape.aim).any()
+    assert found.front and found.landscape is not None and np.isfinite(found.landscape.objective).any()
 
 
 @pytest.mark.slow

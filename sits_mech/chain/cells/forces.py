@@ -114,6 +114,7 @@ class CellForces:
         error += np.einsum("irjs,...js->...ir", self.by_finite_strain, f**2 / self.crosstalk.load)
         return np.where(self.known, f, np.nan), np.where(self.known, error, np.nan)
 
+
 @checked_arguments
 @one_thread
 def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> CellForces:

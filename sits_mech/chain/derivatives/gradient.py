@@ -29,7 +29,7 @@ from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.rests import aimed_rest
-from sits_mech.chain.simulate import Simulation, simulated
+from sits_mech.chain.simulate import Simulation, simulation_at
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
 from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
@@ -166,7 +166,7 @@ def gradient(
     found, back, field = rest.found, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
-    simulation = simulated(sensor, field, turned(found, kept, wrench))
+    simulation = simulation_at(sensor, field, turned(found, kept, wrench))
     moved = moved_derivatives(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
     direct = at_fixed_poses(sensor, (field, by_field.name, rest.asked), one, numbers)

@@ -64,10 +64,10 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     if sensor.elastomer is None:
         return None
     at_rest, field = unloaded_pose(sensor), inner_model(field)
-    farthest = max(poses, key=lambda pose: np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v))
-    some = Pose.of(np.array([pose.components for pose in (farthest, at_rest, *poses)]))
+    away = [np.hypot(np.hypot(pose.d_h, pose.d_y), pose.d_v - at_rest.d_v) for pose in poses]
+    far, some = int(np.argmax(away)), Pose.of(np.array([pose.components for pose in (*poses, at_rest)]))
     names = ("d_v",) if is_coaxial(field) else POSE if some.out_of_plane else POSE[:3]
-    first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[:1]), sensor.frequency, names, quick=True)
+    first, slopes, _ = pose_slopes(sensor, field, Pose.of(some.components[[far]]), sensor.frequency, names, quick=True)
     found = field.impedance(some, sensor.frequency)
     rows = goal_rows(sensor)
     scale = float(np.mean(np.diag(first.L0)))
@@ -78,7 +78,7 @@ def goal_of(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
     weights, own = np.zeros((len(rows), len(POSE))), [POSE.index(name) for name in names]
     weights[:, own] = rows @ np.diagonal(slopes[0], axis1=0, axis2=1).T / (scale * size)
     change = own_inductances(found).mapped(rows)
-    return Goal(weights, float(np.max((change[0] - change[1]).error)) / (scale * size))
+    return Goal(weights, float(np.max((change[far] - change[-1]).error)) / (scale * size))
 
 
 def goal_rows(sensor: Sensor) -> Array:

@@ -131,8 +131,8 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
     """Return what is minimised over the first one or two variables, pale beyond a limit."""
     task, ends = found.task, [key.rpartition(".")[2] for key in land.names]
     names = [f"{key} [{unit}]" if unit else key for key, unit in zip(ends, land.units, strict=True)]
-    scale, what = _aim_words(task)
-    shown = land.aim * scale if task.goal else land.excess
+    scale, what = _objective_words(task)
+    shown = land.objective * scale if task.goal else land.excess
     own = [each for each in found.known if each.design.choice == found.best.design.choice and len(each.design.x)]
     words = f"{'dots: solved; ' if len(own) > 1 else ''}star: {_star(found)}"
     at, *solved = (
@@ -171,7 +171,7 @@ def _star(found: DesignAnswer) -> str:
     return "recommended" if found.feasible else "nearest"
 
 
-def _aim_words(task: Task) -> tuple[float, str]:
+def _objective_words(task: Task) -> tuple[float, str]:
     """Return scale and label of the minimised figure; a sum of several is relative."""
     if len(task.goal) != 1:
         each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())

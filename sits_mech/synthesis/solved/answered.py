@@ -103,7 +103,7 @@ class Task:
         """Return whether a solved design holds every limit."""
         return found.carried and self.worst(found) <= 0.0
 
-    def aim(self, figures: dict[str, float]) -> float:
+    def objective(self, figures: dict[str, float]) -> float:
         """Return what is minimised: figures over their limits, or over their sizes, by their weights.
 
         A figure below its own error counts as that: which of two such ones is less is not known.
