@@ -28,7 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 from benchmarks.mechanics_accuracy import judged
-from common.accuracy import Rung, draw_ladders, forget, machine, rung_rows, verdict
+from common.accuracy import Rung, forget, ladder_figure, machine, rung_rows, verdict
 from common.calibrations import CALIBRATIONS, SIGNALS, Case, errors, reference, table
 from common.outputs import study_arguments, write_rows
 from common.references import stored_references
@@ -36,6 +36,7 @@ from threadpoolctl import threadpool_limits
 
 from sits_mech.chain.models import MAGNETICS
 from sits_mech.quantities import Pose
+from sits_mech.report.pictures.style import save_figure
 from sits_mech.scene.sensor import load_sensor
 
 MM = 1e-3
@@ -147,8 +148,8 @@ def main() -> None:
             "The change of inductance at a pose": poses((*SPACE, *SECTION), count),
             "A calibration of 3 x 3 loads, of full scale": calibrations(CALIBRATIONS, asked),
         }
-    draw_ladders({"biorob2018-w15": flagship(parts)}, folder / "error_against_time.png")
-    draw_ladders(dict(list(parts.items())[:-1]), folder / "error_against_time_each.png")
+    save_figure(ladder_figure({"biorob2018-w15": flagship(parts)}), folder / "error_against_time.png")
+    save_figure(ladder_figure(dict(list(parts.items())[:-1])), folder / "error_against_time_each.png")
     lines = [f"{title}: {verdict(rungs)}" for title, rungs in parts.items()]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     lines += [machine(), f"at most {peak:.0f} MiB, {time.process_time():.0f} s of processor time"]

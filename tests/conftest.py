@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -332,3 +333,36 @@ def numerics_alone() -> Callable[[], AbstractContextManager[None]]:
             yield
 
     return alone
+
+
+@pytest.fixture
+def collisions(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], list[str]]:
+    """Return what names the pairs of texts of a figure that overlap, and the texts that leave it."""
+    from matplotlib.text import Text
+
+    slack = 1.0  # pixels that boxes may share
+
+    def found(figure: Any) -> list[str]:
+        figure.set_dpi(300)
+        drawn: dict[int, Any] = {}
+        plain = Text.draw
+
+        def noted(self: Any, *args: object, **options: object) -> None:
+            """Draw a text, and note that it is drawn."""
+            drawn[id(self)] = self
+            plain(self, *args, **options)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Text, "draw", noted)
+            figure.canvas.draw()
+        boxes = [(text.get_text(), Text.get_window_extent(text)) for text in drawn.values() if text.get_text().strip()]
+        assert boxes
+        (width, height), low = figure.bbox.size + slack, -slack
+        out = [f"{words!r} is cut off" for words, box in boxes
+               if box.x0 < low or box.y0 < low or box.x1 > width or box.y1 > height]
+        return out + [
+            f"{one!r} over {other!r}" for (one, a), (other, b) in combinations(boxes, 2)
+            if min(a.x1, b.x1) - max(a.x0, b.x0) > slack and min(a.y1, b.y1) - max(a.y0, b.y0) > slack
+        ]
+
+    return found

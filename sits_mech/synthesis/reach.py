@@ -25,7 +25,7 @@ import numpy as np
 from sits_mech.quantities import Array
 from sits_mech.synthesis.prediction import Prediction
 from sits_mech.synthesis.required.kinds import INVERSE, STRAIN, figure_words
-from sits_mech.synthesis.solved.answered import Task
+from sits_mech.synthesis.solved.answered import Answered, Task
 
 _AT_LEAST = 0.68  # of r by such tangents, what came: studies/benchmarks/design.py, `above_tangents`
 _EVENLY = 0.7  # of the figure `INVERSE`
@@ -38,8 +38,7 @@ def out_of_reach(task: Task, known: Sequence[Prediction], growth: Array) -> str:
     """
     limited = [name for name in task.limits if name.startswith("resolution.")]
     ends = np.array([np.zeros(len(growth)), np.ones(len(growth))])
-    solved = [(own, one) for own in known for one in own.solved] if limited else []
-    even = [(own, one.point) for own, one in solved if task.figures(one).get(INVERSE, 1.0) >= _EVENLY]
+    even = [(own, one.point) for own in known for one in own.solved if limited and reads_evenly(task, one)]
     each = [tangents(task, own, x, limited, ends, growth) for own, x in even]
     for name in limited:
         own = [found[name] for found in each if name in found]
@@ -49,6 +48,11 @@ def out_of_reach(task: Task, known: Sequence[Prediction], growth: Array) -> str:
             words, limit = figure_words(name, value), figure_words(name, task.limits[name])
             return f"{name} some {words} at the end of a silicone's data, against {limit}"
     return ""
+
+
+def reads_evenly(task: Task, found: Answered) -> bool:
+    """Return whether a solved design reads all loads so evenly that its tangents tell of others."""
+    return task.figures(found).get(INVERSE, 1.0) >= _EVENLY
 
 
 def tangents(

@@ -38,6 +38,7 @@ from common.accuracy import forget, machine
 from common.other_codes import Question, Solved, condensed_pose, felupe_pose, taylor_hood_pose
 from common.reference_cases import CASES
 from common.references import stored_references
+from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 from sits_mech.mechanics.block import block_pad
@@ -229,8 +230,6 @@ def _mesh(line: Line) -> str:
 
 def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
     """Draw the error of every code over its processor time, each load by itself; `before` are of an older package."""
-    from matplotlib.figure import Figure
-
     loads = list(dict.fromkeys(line.load for line in lines))
     figure = Figure(figsize=(5.5 * len(loads), 4.2), layout="constrained")
     for axes, load in zip(np.atleast_1d(figure.subplots(1, len(loads))), loads, strict=True):
@@ -248,7 +247,7 @@ def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
+def three_figure(lines: Sequence[Line], before: Sequence[Line] = ()) -> Figure:
     """Draw the loads of `THREE` in one panel: this package, the same before if given, and NGSolve, a line a load.
 
     Bars are the reference's own error, which is the same for all marks of a load.
@@ -277,7 +276,7 @@ def draw_three(lines: Sequence[Line], before: Sequence[Line], path: Path) -> Non
         axes.set(xlabel="processor time [s]", ylabel="error over the displacement [-]")
         axes.legend(fontsize=8, loc="upper right", title="bars: error of the reference")
         figure.suptitle(title_of(lines), fontsize=10)
-        save_figure(figure, path)
+    return figure
 
 
 def title_of(lines: Sequence[Line]) -> str:
@@ -325,7 +324,7 @@ def main() -> None:
     if first:
         draw(first, before, options.output / "other_codes.png")
     if three:
-        draw_three(three, before, options.output / "three_loads.png")
+        save_figure(three_figure(three, before), options.output / "three_loads.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]
     summary = "\n".join([*words, caption]) + "\n"

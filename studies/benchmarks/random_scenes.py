@@ -33,7 +33,7 @@ from sits_mech.chain.models import magnetic_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.plan import plan
 from sits_mech.chain.rests import at_rest
-from sits_mech.chain.simulate import Simulation, simulate, simulated
+from sits_mech.chain.simulate import Simulation, simulate, simulation_at
 from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.coils.tracks import Tracked
 from sits_mech.magnetics.modes import skin_depths
@@ -134,7 +134,7 @@ def richest(
     if load is not None:
         pad = block_pad(sensor, STIFF if short(sensor) is sensor else LONG)
         rest = at_rest(sensor, pad, load, mechanical_omissions(sensor, "block", [load]))
-        return read(simulated(sensor, Tracked(sheets(short(sensor), tolerance), short(sensor)), rest))
+        return read(simulation_at(sensor, Tracked(sheets(short(sensor), tolerance), short(sensor)), rest))
     assert pose is not None
     shown = Tracked(sheets(sensor, tolerance), sensor).impedance(pose, sensor.frequency)
     return shown, pose.components[:3], np.zeros(3)

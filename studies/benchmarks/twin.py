@@ -26,7 +26,7 @@ from sits_mech.chain.calibrate import calibrate
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.rests import at_rest
-from sits_mech.chain.simulate import simulated
+from sits_mech.chain.simulate import simulation_at
 from sits_mech.export.source import Source
 from sits_mech.export.twin.folder import write_twin
 from sits_mech.export.twin.twin import Twin
@@ -104,7 +104,7 @@ def against_chain(twin: Twin, source: Source, cal: Calibration, count: int) -> d
     for load in loads:
         try:
             left_out = mechanical_omissions(sensor, names[0], [load])
-            found = simulated(sensor, field, at_rest(sensor, layer, load, left_out))
+            found = simulation_at(sensor, field, at_rest(sensor, layer, load, left_out))
         except SolveFailed:
             failed += 1
             continue

@@ -31,7 +31,7 @@ from threadpoolctl import threadpool_limits
 from sits_mech.chain.models import magnetic_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.rests import at_rest
-from sits_mech.chain.simulate import simulate, simulated
+from sits_mech.chain.simulate import simulate, simulation_at
 from sits_mech.geometry.collision import Collision
 from sits_mech.geometry.tracks import coil_tracks
 from sits_mech.geometry.windings import turn_radii
@@ -148,7 +148,7 @@ def reference(drawn: Drawn) -> Impedance | None:
         if drawn.load is not None:
             left_out = mechanical_omissions(sensor, "block", [drawn.load])
             rest = at_rest(sensor, block_pad(sensor, STIFF), drawn.load, left_out)
-            return simulated(sensor, Tracked(sheets(sensor, 0.1 * ASKED), sensor), rest).impedance
+            return simulation_at(sensor, Tracked(sheets(sensor, 0.1 * ASKED), sensor), rest).impedance
         assert pose is not None
         if "axis" in drawn.kind:
             return Tracked(axisymmetric_fem(sensor, 0.1 * ASKED), sensor).impedance(pose, sensor.frequency)

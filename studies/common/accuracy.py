@@ -21,12 +21,13 @@ from sits_mech.analysis.ladder import LadderPoint
 from sits_mech.analysis.ladder import forget as forget
 from sits_mech.mechanics.models import strain_bound
 from sits_mech.quantities import Wrench
-from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure, save_figure
+from sits_mech.report.pictures.style import COLUMN, MARKS, new_figure
 from sits_mech.report.tables.plan import ladder_sentence
 from sits_mech.scene.sensor import Sensor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _LEAST = 1e-12  # an error of zero on a logarithmic axis
 _TITLE = 1e-2  # the tolerance whose seconds a title says
@@ -102,8 +103,8 @@ def distinct(row: Sequence[Rung]) -> list[Rung]:
     return found
 
 
-def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
-    """Write error against seconds, a panel a question.
+def ladder_figure(panels: Mapping[str, Sequence[Rung]]) -> Figure:
+    """Draw error against seconds, a panel a question.
 
     A mark is the true error, absent where its reference is worse than that; thin bars are the reference's own error, a
     wide one goes up to the estimate.
@@ -112,15 +113,13 @@ def draw_ladders(panels: Mapping[str, Sequence[Rung]], path: Path) -> None:
     ----------
     panels : mapping
         Rungs by the question that they answer; in each one curve for each problem and model, in the order given.
-    path : Path
-        The PNG to write.
     """
     with new_figure(height=0.36 * len(panels) + 0.1, rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
             _draw(spot, title, rungs)
         hint = "marks: true error; thin bars: of the reference; wide bars: up to the estimated error"
         axes[-1].set_xlabel(f"processor time [s]\n{hint}")
-        save_figure(figure, path)
+    return figure
 
 
 def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:

@@ -1,11 +1,15 @@
 """Ladders: what a reference can judge, whose estimates hold, which points are one, what is said of a figure."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
-from common.accuracy import Rung, distinct, draw_ladders, machine, rung_rows, verdict
+from common.accuracy import Rung, distinct, ladder_figure, machine, rung_rows, verdict
+
+from sits_mech.report.pictures.style import save_figure
 
 
 @pytest.mark.parametrize(
@@ -51,9 +55,20 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
         "two": [Rung("b", 1e-2, 0.1, 1e-2, 1e-2)],
         "three": [Rung("b", 1e-2, 0.1, 1e-2, 1e-2, 1e-2)],
     }
-    draw_ladders(panels, tmp_path / "ladders.png")
+    save_figure(ladder_figure(panels), tmp_path / "ladders.png")
     assert (tmp_path / "ladders.png").stat().st_size > 10_000
     rows = rung_rows(panels)
     assert [row["question"] for row in rows] == ["one", "one", "two", "three"]
     assert [row["judged"] for row in rows] == ["yes", "no", "yes", "no"]
     assert "cores" in machine() and "BLAS thread" in machine()
+
+
+@pytest.mark.parametrize("curves", [1, 2, 6])
+def test_names_of_curves_lie_over_nothing(curves: int, collisions: Callable[[Any], list[str]]) -> None:
+    """One or two stand at their ends, more beside the axes; the title says what each takes that is asked to 1 %."""
+    rungs = [
+        Rung(f"a calibration of {k} loads", asked, (0.3 + k) / asked**0.3, 0.3 * asked, asked, 0.03 * asked)
+        for k in range(curves) for asked in (1e-1, 1e-2, 1e-3)
+    ]
+    figure = ladder_figure({"biorob2018-w15": rungs})
+    assert collisions(figure) == [] and "asked to 1 %: " in figure.axes[0].get_title()

@@ -2,7 +2,20 @@
 
 import numpy as np
 import pytest
-from benchmarks.other_codes import BELOW, Line, asked_of, front, own_ways, ratios, seconds_at, timed
+from benchmarks.other_codes import (
+    ASKED,
+    BELOW,
+    OWN,
+    THREE,
+    Line,
+    asked_of,
+    front,
+    own_ways,
+    ratios,
+    seconds_at,
+    three_figure,
+    timed,
+)
 from common.other_codes import condensed_pose, felupe_pose
 
 
@@ -24,6 +37,20 @@ def test_ratios_are_at_equal_error_and_of_single_solves():
     said = list(ratios([*mine, line(1.0, 1e-2), line(100.0, 1e-4)]))
     assert "ratio with an estimate: 20;" in said[2] and "ratio one solve: 5;" in said[3]
     assert "with an estimate: at least 2;" in list(ratios([*mine, line(1.0, 1e-2)]))[2]
+
+
+def test_the_picture_names_each_code_at_its_lines(collisions):
+    """And says in its title how much longer the other one takes at equal error."""
+    lines = [
+        Line(load, code, element, 2, 2.0, "1 steps", seconds, error, 100) for k, load in enumerate(THREE, 1)
+        for code, element, seconds, error in (
+            (OWN, ASKED, 0.2 * k, 8e-3), (OWN, ASKED, 0.5 * k, 2e-3), ("NGSolve", "Q2P1", 0.2 * k, 4e-2),
+            ("NGSolve", "Q2P1", 6.0 * k, 8e-3),
+        )
+    ]
+    figure = three_figure(lines)
+    assert collisions(figure) == [] and "NGSolve takes 30 times" in figure.get_suptitle()
+    assert {"sits-mech", "NGSolve"} == {text.get_text() for text in figure.axes[0].texts}
 
 
 @pytest.mark.slow
