@@ -69,7 +69,7 @@ def load_cycle(
     """Return pose, inductance and signals under a load cycle up to `peak`, as a Dataset over time.
 
     ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes: scene,
-    request, ``notes``, ``unit_L``, ``status``, ``flags``, and of each signal that is `told` ``loop_L_v_percent`` and
+    request, ``notes``, ``unit_L``, ``status``, ``flags``, and of each signal that is shown ``loop_L_v_percent`` and
     the like: widths of its loops in percent of its range, one for each cycle, with ``error_``; NaN where the range is
     within the signal's error. A silicone without ``prony`` and ``mullins`` shows no loop. `points`, odd and at least 5,
     loads are solved. Raises SceneError for a scene or programme that cannot be solved, Collision where the target

@@ -5,7 +5,7 @@ held, an inverse F(L) that knows nothing of it then answers
 
     dF_c/dT = dF/dL s_c(F),
 
-which along one component, the others nearest to none, is told as a line through its values at the loads of the table,
+which along one component, the others nearest to none, is given as a line through its values at the loads of the table,
 by least squares with the load nearest to none held:
 
     drift of zero   its value there [N/K],

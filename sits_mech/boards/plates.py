@@ -12,7 +12,7 @@ inductance, or a small hole gives back, goes with the 3/2 power of that, 0.1 % a
 
 Models hold plates whose boxes are clear of each other. Pours of one layer side by side whose boxes overlap are one
 plate, tied by bridges: one between two pieces closes no loop, so that the stream function is zero on both its sides and
-no net current passes it. What would touch a coil is left out and told; a pour in which a coil ends is cut clear of it.
+no net current passes it. What would touch a coil is left out and noted; a pour in which a coil ends is cut clear of it.
 
 Source: D. H. Douglas and T. K. Peucker, Cartographica 10 (1973) 112.
 """

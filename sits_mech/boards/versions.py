@@ -20,7 +20,7 @@
     20250210         fills have no pen but where (filled_areas_thickness yes) stands                  `pen`
     20260206  10     nets by name, (net "GND"), and no table of them; the newest that is known        `kicad.net`
 
-KiCad writes (filled_areas_thickness no) from 6 on. What is told by a key is read by that, whatever the version.
+KiCad writes (filled_areas_thickness no) from 6 on. What has a key is read by that, whatever the version.
 
 Source: comments to SEXPR_BOARD_FILE_VERSION in pcbnew/pcb_io/kicad_sexpr/pcb_io_kicad_sexpr.h of KiCad's source, and
 its parser (isStrokedFill, LEGACY_ARC_FORMATTING, SetArcAngleAndEnd in pcb_io_kicad_sexpr_parser.cpp).

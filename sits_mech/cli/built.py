@@ -45,7 +45,7 @@ class PriorOptions:
     """What is known of sensor and bench beforehand."""
 
     free: Annotated[str, Parameter(help='What is unknown: "modulus, gap=0+-0.3 mm"; by default all that may be.')] = ""
-    lot: Annotated[Path | None, Parameter(help="What other units have told: lot.json of sits-mech lot.")] = None
+    lot: Annotated[Path | None, Parameter(help="What other units have shown: lot.json of sits-mech lot.")] = None
     noise: Annotated[Quantity | None, Parameter(help="Noise of a reading; by default the converter's.")] = None
     load_noise: Annotated[Quantity | None, Parameter(help="Noise of a load; 0.1 % of the largest.")] = None
     depth_noise: Annotated[Quantity, Parameter(help="Noise of the way down.")] = "10 um"

@@ -82,7 +82,7 @@ class Judged:
 
 
 def glanced(asked: Requirements, sensor: Sensor, data: xr.Dataset, like: Judged | None = None) -> Judged | None:
-    """Return the figures that a table tells, of a preview by those of its base; None where they cannot be told."""
+    """Return the figures that a table gives, of a preview by those of its base; None where there are none."""
     try:
         return Judged(False, asked, *at_a_glance(asked, sensor, data, None if like is None else like.found))
     except (ValueError, ArithmeticError):

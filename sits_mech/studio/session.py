@@ -79,7 +79,7 @@ class Session:
         self.search: SearchQuestion | None = None
         self.tried = list[str]()  # designs of the search, in words
         self.found: DesignAnswer | None = None
-        self._refused: dict[tuple[Any, ...], str] = {}  # why figures cannot be told
+        self._refused: dict[tuple[Any, ...], str] = {}  # why there are no figures
         self._glances: dict[tuple[Any, ...], Judged | None] = {}  # by the requirements of now
         self._tables: dict[tuple[Any, ...], SolvedScene] = {}
         self._shown: tuple[tuple[Any, ...], View] | None = None

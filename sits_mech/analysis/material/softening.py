@@ -9,7 +9,7 @@ with P of uniaxial.py, the law's energy W and c the stress of this specimen over
 neither sampling rate nor holds play a part. Where the silicone has a Prony series and the record a time, P has its
 viscosity.
 
-m and beta differ only in how they go with W_max: from one peak m cannot be told from beta, and m = 0 is taken. From
+m and beta differ only in how they go with W_max: from one peak m and beta cannot be separated, and m = 0 is taken. From
 several, a constant whose 95 % interval reaches zero is none, and the others are fitted without it. A softening whose
 depth 1/r is within its interval is none. Confidence as in fitted.py.
 

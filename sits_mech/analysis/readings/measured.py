@@ -139,7 +139,7 @@ def read_units(
     path: str | Path, forces: Sequence[str], coils: Sequence[str], tank: Tank | None = None,
     held: Mapping[str, float] | None = None,
 ) -> dict[str, Measured]:
-    """Read what a bench recorded of several sensors, told apart by the column ``unit``; loads may be nan.
+    """Read what a bench recorded of several sensors, separated by the column ``unit``; loads may be nan.
 
     Otherwise as `read_measured`. SceneError also without such a column, or for a file of poses.
     """

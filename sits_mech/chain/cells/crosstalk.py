@@ -160,7 +160,7 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     tolerance : float
         Asked relative error of how far a force moves its own target, and of what coils see of it; of figures [N/N].
     load : float
-        Press for which `finite_strain` is told [N].
+        Press for which `finite_strain` is given [N].
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Show what readings told of a built sensor or of a production, and which loads to read, for programs and readers."""
+"""Show what readings say of a built sensor or of a production, and which loads to read, for programs and readers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sits_mech.report.records import named
 from sits_mech.report.tables.solves import column_table, key_table
 
 _SCALES = {"": (1.0, ""), "m": (1e6, "um"), "rad": (180.0 / np.pi, "deg"), "H": (1e9, "nH"), "F": (1e12, "pF")}
-_STRONG = 0.95  # of a correlation: what is as strong cannot be told apart
+_STRONG = 0.95  # of a correlation: what is as strong cannot be separated
 
 
 def force_errors(found: Adaptation) -> tuple[Array, Array]:
@@ -35,7 +35,7 @@ def force_errors(found: Adaptation) -> tuple[Array, Array]:
 
 
 def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
-    """Return what readings told for a program, SI."""
+    """Return what readings say for a program, SI."""
     prior, before, after = found.prior, *force_errors(found)
     known = {each.name: each for each in prior.setup.parameters}
     unknowns = {
@@ -74,7 +74,7 @@ def shown_unknown(name: str, value: float | None, deviation: float) -> str:
 
 
 def adaptation_table(record: dict[str, Any], title: str) -> Table:
-    """Return what readings told as a table."""
+    """Return what readings say as a table."""
     rows = [("readings", record["convention"])]
     for name, one in record["unknowns"].items():
         text = shown_unknown(name, one["value"], one["deviation"])
@@ -149,7 +149,7 @@ def adapt_plan_tables(plan: LoadPlan) -> list[Any]:
 
 
 def production_record(found: Production, plan: LoadPlan, delivered: list[Delivered], limit: float) -> dict[str, Any]:
-    """Return what units told for a program, SI; errors of the next ones over each range."""
+    """Return what units say for a program, SI; errors of the next ones over each range."""
     count, forces = len(found.start.setup.parameters), found.next.forces
     known = zip(found.start.known[:count], found.next.known[:count], found.within.tolist(), strict=False)
     units = {}
@@ -176,7 +176,7 @@ def production_record(found: Production, plan: LoadPlan, delivered: list[Deliver
 
 
 def production_tables(record: dict[str, Any], title: str) -> list[Any]:
-    """Return what units told as tables."""
+    """Return what units say as tables."""
     shared = column_table(title, ["", "known before", "next unit", "between units"], justify="right")
     for name, one in record["unknowns"].items():
         shared.add_row(

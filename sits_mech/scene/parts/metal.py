@@ -157,7 +157,7 @@ class Plate(BaseModel):
 
 
 class Target(Plate):
-    """The conducting plate on the elastomer. It is solved as rigid; what it bends is told (chain/omitted/bending.py).
+    """The conducting plate on the elastomer. It is solved as rigid, what it bends is sized (chain/omitted/bending.py).
 
     Attributes
     ----------
@@ -263,7 +263,7 @@ class Target(Plate):
 
 
 class _Named(BaseModel):
-    """What is told by its name, which comes first."""
+    """What has a name, which comes first."""
 
     name: Name
 

@@ -22,7 +22,7 @@ class FigureKind(NamedTuple):
     of: str = ""  # "load" or "axes": what has one each
     least: bool = False  # must be at least so much; others at most
     scatters: bool = False  # with the tolerances
-    exact: bool = False  # without error where none is told
+    exact: bool = False  # without error where none is given
     title: str = ""  # for a reader, where its name does not tell
     meaning: str = ""  # in a line
 

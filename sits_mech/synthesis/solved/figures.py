@@ -41,7 +41,7 @@ from sits_mech.readout.quality import SEEN
 from sits_mech.synthesis.required.kinds import INVERSE
 from sits_mech.synthesis.solved.loads import Operator
 
-_FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 told an error 4 % too small
+_FEW, _MANY = 512, 4096  # samples of a search and of an answer: 128 gave an error 4 % too small
 _FAR = 2.0  # deviations of a tolerance, of sensors that tell which loads are the worst: 95 % stay within
 _ROUNDING = 1e-12  # of a range per kelvin: drift that symmetry forbids
 
