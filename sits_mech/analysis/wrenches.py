@@ -39,13 +39,6 @@ def wrench_slopes(sensor: Sensor, pad: MechanicalModel, field: MagneticModel) ->
     return np.asarray(np.einsum("ccp,wp->cw", by_pose[0], compliance) / np.diag(found.L0)[:, None])
 
 
-def table_slopes(sensor: Sensor, data: xr.Dataset) -> Array:
-    """Return `wrench_slopes` of a calibrated sensor in space; raise SceneError where models do not hold the scene."""
-    sensor = sensor.model_copy(update={"touch": None})  # components are those of a wrench
-    pad = mechanical_model(sensor, "block", request_of(data)["tolerance"])[0]
-    return wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
-
-
 def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> Observability:
     """Return which components of `WRENCH` the coils of a calibrated sensor resolve at rest, in space.
 
@@ -56,9 +49,11 @@ def resolved_components(sensor: Sensor, data: xr.Dataset, noise: ArrayLike) -> O
     """
     if sensor.target is None:
         raise SceneError(f"{sensor.name}: target: must be given to bear a load; it is missing")
-    slopes = table_slopes(sensor, data)
+    extent, sensor = sensor.target.extent, sensor.model_copy(update={"touch": None})  # components are of a wrench
+    pad = mechanical_model(sensor, "block", request_of(data)["tolerance"])[0]
+    slopes = wrench_slopes(sensor, pad, magnetic_model(sensor, "sheets", _TOLERANCE)[0])
     noise = np.asarray(noise, dtype=float) / self_inductances(sensor)
-    return observability(WRENCH, slopes, noise, _full_scale(data, sensor.target.extent))
+    return observability(WRENCH, slopes, noise, _full_scale(data, extent))
 
 
 def _full_scale(data: xr.Dataset, extent: tuple[float, float]) -> list[float]:

@@ -92,8 +92,7 @@ def invert(
     record = {"convention": asked.convention} | inversion_record(asked.cal, asked.values, left)
     why = refusal(asked.cal, record["status"], texts, asked.values)
     if why:
-        cause = asked.cause(sensor, data) if record["status"] in ("no solution", "outside") else ""
-        cause = cause or ("" if code else other_convention(sensor, data, asked.values, idle))
+        cause = "" if code else other_convention(sensor, data, asked.values, idle)
         raise SceneError(f"{why}; {cause}" if cause else why)
     answer(record, [inversion_table(record, parts=budget)], as_json)
     return 0

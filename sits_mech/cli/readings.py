@@ -30,17 +30,7 @@ class CalibratedReading:
 
     cal: Calibration
     values: Array  # (n,) [unit of the calibration]
-    rates: Array  # (n,) change of the reading with the coil's inductance over its L0
     convention: str  # what is read, in words
-
-    def cause(self, sensor: Sensor, data: xr.Dataset) -> str:
-        """Return what is wrong with a reading that belongs to no load, in words; empty where nothing is known."""
-        from sits_mech.analysis.suspicion import component_slopes, suspicion
-
-        if len(self.cal.coils) == len(self.cal.forces) or not np.all(np.isfinite(self.values)):
-            return ""
-        names, slopes, sizes = component_slopes(sensor, data)
-        return suspicion(self.cal, self.values, (names, slopes * self.rates[:, None], sizes))
 
 
 def given_texts(
@@ -114,7 +104,7 @@ def given_inductances(sensor: Sensor, data: xr.Dataset, texts: Texts, idle: str 
     per_metre, even = str(data.attrs["unit_L"]) == "H/m", self_inductances(sensor)
     scales = [(float(m), float(L0)) if per_metre else None for m, L0 in zip(free, even, strict=True)]
     each = [_inductance(cal, k, written, scales[k]) for k, written in enumerate(texts)]
-    return CalibratedReading(cal, np.array(each), cal.L0, convention(with_idle(sensor, idle)))
+    return CalibratedReading(cal, np.array(each), convention(with_idle(sensor, idle)))
 
 
 def other_convention(sensor: Sensor, data: xr.Dataset, values: Array, idle: str | None) -> str:
@@ -147,13 +137,12 @@ def _inductance(cal: Calibration, k: int, written: tuple[str, str], scale: tuple
 
 def given_codes(sensor: Sensor, data: xr.Dataset, texts: Texts, clock: str | None) -> CalibratedReading:
     """Return written codes and the calibration in codes."""
-    from sits_mech.analysis.readings.bench import code_calibration, convention, sensor_front_end
+    from sits_mech.analysis.readings.bench import code_calibration, convention
 
-    hertz = clock_of(clock, sensor.readout.converter)
-    cal, below = code_calibration(sensor, data, clock=hertz), sensor_front_end(sensor, data, clock=hertz)[0].below
+    cal = code_calibration(sensor, data, clock=clock_of(clock, sensor.readout.converter))
     part = converter(sensor.readout.converter)
     values = np.array([_code(cal, k, written, part) for k, written in enumerate(texts)])
-    return CalibratedReading(cal, values, -0.5 * (values + below), convention(sensor, "codes of the converter"))
+    return CalibratedReading(cal, values, convention(sensor, "codes of the converter"))
 
 
 def _code(cal: Calibration, k: int, written: tuple[str, str], part: Converter | None = None) -> float:

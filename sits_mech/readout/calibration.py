@@ -13,7 +13,7 @@ Where either fails, every reading is tried against the other parts of the box; o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -341,18 +341,6 @@ def calibration_of(
     unit, L0, size = *free, None if noise is None else np.asarray(noise, dtype=float)
     return Calibration(
         tuple(forces), tuple(coils), unit, np.asarray(L0, dtype=float), found, weights, full_scale, domain, seeds, size
-    )
-
-
-def without_coil(cal: Calibration, coil: int) -> Calibration:
-    """Return the calibration of all coils but one, by number."""
-    others = np.arange(len(cal.coils)) != coil
-    parts = {name: getattr(cal.map, name)[others] for name in ("error", "rms")}
-    found = replace(cal.map, coefficients=cal.map.coefficients[:, others], **parts)
-    domain, seeds = domain_of(found, cal.weights[others], cal.domain.hull)
-    return Calibration(
-        cal.forces, tuple(np.array(cal.coils)[others].tolist()), cal.unit, cal.L0[others], found, cal.weights[others],
-        cal.full_scale[others], domain, seeds,
     )
 
 
