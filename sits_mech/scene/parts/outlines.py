@@ -148,6 +148,7 @@ def read_mesh(path: str | Path) -> Any:
     except (Exception, SystemExit) as error:  # a reader of damaged files raises anything
         reason = " ".join((str(error) if not isinstance(error, SystemExit) else printed.getvalue()).split())
         came = printable(reason) or type(error).__name__
+        came += ", which meshio does not know" if isinstance(error, KeyError) else ""
         raise SceneError(f"{path}: must be a mesh file that meshio reads, such as .msh; got: {came}") from None
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.scene.parts.outlines import first_crossing, read_loops, signed_area
+from sits_mech.scene.parts.outlines import first_crossing, read_loops, read_mesh, signed_area
 from sits_mech.scene.sensor import SceneError, Sensor, changed, load_sensor, save_sensor, scene_text, sensor_from
 
 MESHES = Path(__file__).parents[3] / "meshes"
@@ -74,6 +74,16 @@ def test_bad_outlines(keys: dict[str, object], reason: str) -> None:
     """One line each."""
     with pytest.raises(ValueError, match=reason):
         outlined(**keys)
+
+
+def test_cells_that_meshio_does_not_know_are_said_to_be_so(tmp_path: Path) -> None:
+    """Prisms of 15 nodes, as Gmsh and Abaqus write them: a reason, where meshio has a bare KeyError."""
+    numbers = " ".join(str(k) for k in range(1, 16))
+    nodes = "\n".join(f"{k} {k} {k * k} {k**3}" for k in range(1, 16))
+    format_, cells = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", f"$Elements\n1\n1 18 2 1 1 {numbers}\n$EndElements\n"
+    (tmp_path / "prism.msh").write_text(f"{format_}$Nodes\n15\n{nodes}\n$EndNodes\n{cells}")
+    with pytest.raises(SceneError, match=".*prism.msh: must be .* got: 'wedge15', which meshio does not know"):
+        read_mesh(tmp_path / "prism.msh")
 
 
 def test_coils_have_one_winding() -> None:
