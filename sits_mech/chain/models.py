@@ -118,12 +118,12 @@ def candidates(
             found.append(Candidate(model, refusal))
             continue
         left_out = model.omissions(sensor, question)
-        left = total(left_out)
+        missed = total(left_out)
         share = model.share if loaded else 1.0
-        spared = question.tolerance - left
+        spared = question.tolerance - missed
         asked = share * (spared if spared >= model.least else question.tolerance)
         cost = model.cost(replace(question, tolerance=asked))
-        found.append(Candidate(model, None, asked, model.reached(asked) + left, left_out, cost))
+        found.append(Candidate(model, None, asked, model.reached(asked) + missed, left_out, cost))
     return tuple(sorted(found, key=lambda each: each.rank[1]))
 
 
@@ -199,12 +199,12 @@ def magnetic_question(
 ) -> Question:
     """Return the question to the magnetic models: given poses, or those to which loads move the target."""
     loads = on_target(sensor, [each for each in given if isinstance(each, Wrench)])
-    moves = _moves(sensor, loads) if loaded else None
+    moves = _moving(sensor, loads) if loaded else None
     poses = [pose.components.reshape(-1, len(POSE)) for pose in given if isinstance(pose, Pose)]
     return Question(tolerance, loads, Pose.of(np.concatenate(poses)) if poses else None, moves=moves)
 
 
-def _moves(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
+def _moving(sensor: Sensor, loads: Sequence[Wrench]) -> tuple[str, ...]:
     """Return the components of the pose that loads may change; all in the plane where nothing is known of them."""
     leaves = any(load.out_of_plane for load in loads)
     sideways = any(load.components[_SIDEWAYS].any() for load in loads)

@@ -41,7 +41,7 @@ class AimedRest(NamedTuple):
     """The equilibrium under a load, and under its solved image, and the magnetic model for its pose."""
 
     rest: Equilibrium  # without what the mechanics leave out
-    found: Equilibrium  # under the image
+    image: Equilibrium  # under the load that was solved for it
     back: Array  # (6, 6), takes the image back to the load
     left_out: tuple[Omission, ...]  # by the mechanics
     field: MagneticModel  # as fine as the signals need

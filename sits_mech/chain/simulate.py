@@ -2,10 +2,8 @@
 
     wrench --(mechanics)--> pose p +- e --(magnetics)--> L(p), R(p) --> signals
 
-The mechanics are solved twice: on two rough meshes, which show how exact the pose must be for the signals, then as
-finely as that takes.
-
-The models keep linear algebra to one thread (`threads`); nothing here is large enough to gain from a second.
+Models of several meshes are solved twice: on two rough ones, which show how exact the pose must be for the signals,
+then as finely as that takes.
 """
 
 from __future__ import annotations
@@ -141,7 +139,7 @@ def simulation_at(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium
     """Return the simulation of an equilibrium: impedance and signals at its pose."""
     check_clearance(sensor, equilibrium.pose)
     try:
-        reading = read_poses(sensor, field, poses_of([equilibrium]))
+        reading = read_poses(sensor, field, poses_of([equilibrium]), untilted=False)
     except SolveFailed as error:  # the target rests, the coils are not solved
         raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance

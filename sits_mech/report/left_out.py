@@ -51,7 +51,7 @@ def _bends(numbers: Mapping[str, Number]) -> str:
         return "its pad has no mesh on which it could bend"
     deflection, stiffness = (float(numbers[name]) for name in ("deflection", "stiffness"))
     least = "" if numbers["known"] else "; as soft as lead: give target.youngs_modulus"
-    how_far = f"of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
+    how_far = f"with a bending stiffness of {stiffness:.2g} N m it bends by up to {1e6 * deflection:.2g} um"
     return f"it is solved as rigid; {how_far}{least}{bare_words(numbers.get('bare'))}"
 
 

@@ -8,7 +8,7 @@ what is five times its own error. Errors are over the size of the displacement, 
 times are processor time.
 
 Run ``python -m benchmarks.mechanics_accuracy [--coarse] --output DIR``; `--only WORD` takes the pads whose names have
-that word in them, such as "by chance", `--tolerance 1e-2` one tolerance. The picture in the README is its full run.
+that word in them, such as "by chance", `--tolerance 1e-2` one tolerance.
 """
 
 from __future__ import annotations

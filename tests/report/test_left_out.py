@@ -39,8 +39,8 @@ SAID = [
         Omission(K.BENDING, 0.025, Relative.DISPLACEMENT, numbers=(
             ("deflection", 4.8e-5), ("stiffness", 0.098), ("known", True), ("bare", True)
         )),
-        "bending of the target: it is solved as rigid; of 0.098 N m it bends by up to 48 um; bare: give "
-        "target.backing_thickness of what it is glued on (about 0.025 of the displacement)",
+        "bending of the target: it is solved as rigid; with a bending stiffness of 0.098 N m it bends by up to "
+        "48 um; bare: give target.backing_thickness of what it is glued on (about 0.025 of the displacement)",
     ),
     (
         Omission(K.BENDING, math.nan, Relative.DISPLACEMENT),

@@ -32,7 +32,7 @@ _FREE = 1e3  # times the step of a number, over which inductances in free space 
 _CONDUCTIVITY = TEMPERATURE + "conductivity"
 
 
-class Direct(NamedTuple):
+class AtFixedPose(NamedTuple):
     """Derivatives of L and R at p fixed poses, with errors, shape (p, c, c, n), and of L0, shape (c, n)."""
 
     L: Array
@@ -45,7 +45,7 @@ class Direct(NamedTuple):
 def at_fixed_poses(
     sensor: Sensor, model: tuple[MagneticModel, str, float], pose: Pose, numbers: Sequence[Parameter],
     known: KnownImpedance | None = None,
-) -> Direct:
+) -> AtFixedPose:
     """Return the derivatives of the coils' impedance by n numbers at p fixed poses.
 
     `model` is the magnetic model with its name and tolerance; `known` as for `by_lengths`.
@@ -53,7 +53,7 @@ def at_fixed_poses(
     (field, name, tolerance), count = model, len(sensor.coils)
     shape = len(pose.components), count, count, len(numbers)
     L, R, error_L, error_R = np.zeros((4, *shape))
-    found = Direct(L, R, error_L, error_R, np.zeros((count, len(numbers))))
+    found = AtFixedPose(L, R, error_L, error_R, np.zeros((count, len(numbers))))
     causes = [_cause(number, field) for number in numbers]
     if not any(causes):
         return found

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.derivatives.fixed_pose import Direct, at_fixed_poses, place_of
+from sits_mech.chain.derivatives.fixed_pose import AtFixedPose, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.chain.propagation import signal_weights
@@ -163,7 +163,7 @@ def gradient(
     layer, choice = sloped_model(sensor, mechanics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
     rest = aimed_rest(sensor, [wrench], (layer, choice), (magnetics, tolerance), symmetry)
-    found, back, field = rest.found, rest.back, rest.field
+    found, back, field = rest.image, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
     simulation = simulation_at(sensor, field, turned(found, kept, wrench))
@@ -219,7 +219,7 @@ def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
 
 def shown_change(
     sensor: Sensor, field: MagneticModel, shown: Impedance, pose: Pose, numbers: Sequence[Parameter],
-    moved: Moved, direct: Direct, *, known: KnownImpedance | None = None,
+    moved: Moved, direct: AtFixedPose, *, known: KnownImpedance | None = None,
 ) -> ByNumbers:
     """Join both halves: return derivatives of what the coils show at p poses by n numbers.
 

@@ -49,7 +49,8 @@ def _nearest(cal: Calibration, reading: Array) -> str:
     best = int(np.argmin(np.max(off, axis=1)))
     coil = int(np.argmax(off[best]))
     load = ", ".join(f"{n} = {value:.3g}" for n, value in zip(cal.forces, loads[best].tolist(), strict=True))
-    return f"the nearest, {load}, shows coil {cal.coils[coil]} {100.0 * float(off[best, coil]):.3g} % of its range off"
+    share = 100.0 * float(off[best, coil])
+    return f"the nearest, {load}, is off in coil {cal.coils[coil]} by {share:,.0f} % of its range"
 
 
 def inversion_record(cal: Calibration, reading: Array, by_temperature: Array | None) -> Record:
