@@ -21,7 +21,8 @@ def rigid(places: Array) -> Array:
 
 @pytest.mark.parametrize("name", ["biorob2018", "biorob2018-w15"])
 def test_what_turns_by_its_points_is_seen_as_what_turns(name: str) -> None:
-    sensor, spirals = (load_sensor(name, [f'coils.{k}.winding="{each}"' for k in (0, 1)]) for each in ("rings", "spiral"))
+    sensor = load_sensor(name)
+    spirals = load_sensor(name, ['coils.0.winding="spiral"', 'coils.1.winding="spiral"'])
     model = sheets(sensor, 1e-2).varied(sensor, single=True)
     turned = Pose.of(POSE.components[None])
     _, slopes, _ = pose_slopes(sensor, model, turned, sensor.frequency, ("d_v", "alpha", "d_h"))
