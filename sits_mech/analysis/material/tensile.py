@@ -13,7 +13,7 @@ falls by half of its range from row to row). Sizes of a specimen are asked for, 
 Each is kept up to its largest stress, that is without break and unloading, and with rising strain. Where the file shows
 a slack specimen (at least `_FLAT` rows and `_LEAST` of strain without stress first) its zero is where the stress
 begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
-of ASTM D638 with the tangent's curvature).
+of ASTM D638 with the tangent's curvature). Where it shows stress at no strain that parabola begins before: it is said.
 
 A test over time is a uniaxial one, tension or compression (negative), with a time; nothing of it is left out.
 """
@@ -245,9 +245,13 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     strain, stress, notes = pull.strain, pull.stress, list(pull.notes)
     end = int(np.argmax(np.r_[stress, -np.inf])) + 1
     taken = (np.arange(len(strain)) < end) & (strain > np.maximum.accumulate(np.r_[-1.0, strain])[:-1])
-    if slack is None and (slack := _slack(strain[taken], stress[taken])):
-        what = f"{100.0 * slack:.3g} % of strain before the stress begins are taken off as slack"
-        notes.append(f"{what}; --slack 0 keeps it")
+    if slack is None and (begins := _begin(strain[taken], stress[taken])):
+        slack, shown = max(begins, 0.0), f"{100.0 * abs(begins):.3g} %"
+        notes.append(
+            f"{shown} of strain before the stress begins are taken off as slack; --slack 0 keeps it" if slack else
+            f"the first stress is that of {shown} of strain more: of a preload --slack=\"-{shown}\" adds it; of a "
+            "load cell that is not zeroed take the first stress off"
+        )
     slack = slack or 0.0
     taken &= strain >= slack if slack > 0.0 else taken
     if (count := np.count_nonzero(taken)) < 5:
@@ -273,15 +277,16 @@ def _as_tension(mode: str, strain: Array, stress: Array) -> tuple[str, Array, Ar
     return mode, strain, stress
 
 
-def _slack(strain: Array, stress: Array) -> float:
-    """Return the strain at which the stress of a pull begins, where it first shows none; else zero."""
+def _begin(strain: Array, stress: Array) -> float:
+    """Return the strain at which the stress of a pull begins, where it first shows none, or more; else zero."""
     most = np.max(stress[strain < np.min(strain, initial=0.0) + 1.0], initial=0.0)
     flat = int(np.argmax(np.r_[stress > _NONE * most, True]))
     toe: Mask = (stress > _NONE * most) & (stress < _TOE * most) & (np.arange(len(stress)) >= flat)
-    if flat < _FLAT or np.count_nonzero(toe) < 4 or not strain[flat - 1] - strain[0] > _LEAST:
+    slack = flat >= _FLAT and strain[flat - 1] - strain[0] > _LEAST
+    if np.count_nonzero(toe) < 4 or not (slack or flat == 0 and strain[0] < _LEAST):
         return 0.0
     begins = float(np.polyfit(stress[toe], strain[toe], 2)[-1])
-    return begins if begins > _LEAST else 0.0
+    return begins if (begins if slack else -begins) > _LEAST else 0.0
 
 
 def _spread(tests: list[TensileTest]) -> str:

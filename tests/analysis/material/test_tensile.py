@@ -174,7 +174,17 @@ def test_slack_is_found_taken_off_and_said(noise: float, tmp_path: Path) -> None
     assert fit_law(read_tensile(path, Sizes(slack=0.1)), "yeoh").constants["c10"] == pytest.approx(8e3, rel=5e-3)
     for starts in (PULL, PULL[10:], np.r_[0.0, PULL]):
         own = engineering_stress("yeoh", YEOH, starts)
-        assert read_tensile(_table(tmp_path, "strain,stress (Pa)", [(starts, own)])).slack == 0.0
+        test = read_tensile(_table(tmp_path, "strain,stress (Pa)", [(starts, own)]))
+        assert test.slack == 0.0 and test.notes == ()
+
+
+def test_a_preload_is_said(tmp_path: Path) -> None:
+    """Zeroed at 4 % of strain a pull has stress at once; what the note offers brings the constants back."""
+    strain = np.r_[0.0, PULL]
+    path = _table(tmp_path, "strain,stress (Pa)", [(strain, engineering_stress("yeoh", YEOH, strain + 0.04))])
+    assert 'of a preload --slack="-4.0' in read_tensile(path).notes[0]
+    found = fit_law(read_tensile(path, Sizes(slack=-0.04)), "yeoh")
+    assert found.constants["c10"] == pytest.approx(YEOH["c10"], rel=5e-4) and "preload" not in str(found.notes)
 
 
 def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
