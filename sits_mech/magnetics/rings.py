@@ -148,8 +148,7 @@ def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[
     for level in range(12):
         if (rings := count_rings(problem, level)) > _MOST:
             break
-        seconds = _LONGEST * (rings / _MOST) ** 3
-        _LOG.info("a disc of %d rings, about %.2g s", 2 * rings, seconds, extra={"seconds": seconds})
+        _LOG.info("a disc of %d rings", 2 * rings, extra={"seconds": _LONGEST * (rings / _MOST) ** 3})
         discs.append(prepare_disc(replace(problem, places=()) if level else problem, level))
         if level and all(_holds(_limits(discs, gaps, frequency), tolerance) for frequency in frequencies.tolist()):
             return tuple(discs), True

@@ -144,7 +144,8 @@ def _layer_and_target(target: Target | None, elastomer: Elastomer | None, cover:
 def _check_clear(part: Prism, other: Prism) -> None:
     """Refuse a conductor that touches or overlaps another part."""
     turned = part.box is not None or other.box is not None
-    height = float(separation(_box(part), _box(other))[0]) if turned else _above(part, other)
+    above = max(other.bottom - part.top, part.bottom - other.top)  # negative where their heights overlap
+    height = float(separation(_box(part), _box(other))[0]) if turned else above
     slack = SLACK * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
     if height > slack or (aside := -math.inf if turned else gap_in_plan(part, other)) > slack:
         return
@@ -154,11 +155,6 @@ def _check_clear(part: Prism, other: Prism) -> None:
         f"{part.name} must be clear of {other.name}, which reaches from z = {mm(other.bottom)} to {mm(other.top)}; got "
         f"a plate from z = {mm(part.bottom)} to {mm(part.top)} that {how}"
     )
-
-
-def _above(part: Prism, other: Prism) -> float:
-    """Return how far one of two parts is above the other; negative where their heights overlap [m]."""
-    return max(other.bottom - part.top, part.bottom - other.top)
 
 
 def _box(part: Prism) -> BoxedPart:

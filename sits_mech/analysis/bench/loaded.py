@@ -104,7 +104,7 @@ class LoadedBench:
         count = sum(self.count[:2])
         steps = self._steps(count)
         ways = np.concatenate([np.eye(len(p))[:count] * steps[:, None], np.zeros((self.forces.shape[1], len(p)))])
-        pushes = self._ranges * _STEP
+        pushes = _STEP * (self.table.map.high - self.table.map.low)
         moves = np.concatenate([np.zeros((count, len(pushes))), np.diag(pushes)])[:, None, :]
         whole = np.concatenate([steps, pushes])
 
@@ -171,11 +171,6 @@ class LoadedBench:
         """Return the way down of the target from where it rests without load, shape (k, m) [m]."""
         none = self._rests(P, np.zeros((len(P), 1, self.forces.shape[1])))
         return (none - rests)[..., POSE.index("d_v")]
-
-    @property
-    def _ranges(self) -> Array:
-        """The range of each force over the table."""
-        return self.table.map.high - self.table.map.low
 
     def _steps(self, count: int) -> Array:
         """Return steps of parameters and factors, shape (count,)."""

@@ -11,7 +11,7 @@ of specimens side by side (each stress with its strain) or one below the other (
 falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
 
 Each is kept up to its largest stress, that is without break and unloading, and with rising strain. Where the file shows
-a slack specimen (at least `_FLAT` rows and `_LEAST` of strain without stress first) its zero is where the stress
+a slack specimen (at least `_LEAST` of strain without stress first) its zero is where the stress
 begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
 of ASTM D638 with the tangent's curvature). Where it shows stress at no strain that parabola begins before: it is said.
 
@@ -35,8 +35,13 @@ _STRAINS = ("strain", "stretch", "true_strain", "displacement")
 _STRESSES = ("stress", "true_stress", "force")
 _MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain number or in %"}
 _MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
-_LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
+_LEAST = 5e-3  # of strain: slack
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
+_BEGUN = (
+    'the first stress is that of {0} of strain more: of a preload --slack="-{0}" adds it; of a load cell that is not '
+    "zeroed take the first stress off",
+    "{0} of strain before the stress begins are taken off as slack; --slack 0 keeps it",
+)
 _NOTES = {
     "shear": "simple shear is taken as the planar tension that it is, turned",
     "compression": "compression is taken as the biaxial tension that it is between plates without friction",
@@ -246,12 +251,8 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     end = int(np.argmax(np.r_[stress, -np.inf])) + 1
     taken = (np.arange(len(strain)) < end) & (strain > np.maximum.accumulate(np.r_[-1.0, strain])[:-1])
     if slack is None and (begins := _begin(strain[taken], stress[taken])):
-        slack, shown = max(begins, 0.0), f"{100.0 * abs(begins):.3g} %"
-        notes.append(
-            f"{shown} of strain before the stress begins are taken off as slack; --slack 0 keeps it" if slack else
-            f"the first stress is that of {shown} of strain more: of a preload --slack=\"-{shown}\" adds it; of a "
-            "load cell that is not zeroed take the first stress off"
-        )
+        slack = max(begins, 0.0)
+        notes.append(_BEGUN[begins > 0.0].format(f"{100.0 * abs(begins):.3g} %"))
     slack = slack or 0.0
     taken &= strain >= slack if slack > 0.0 else taken
     if (count := np.count_nonzero(taken)) < 5:
@@ -282,7 +283,7 @@ def _begin(strain: Array, stress: Array) -> float:
     most = np.max(stress[strain < np.min(strain, initial=0.0) + 1.0], initial=0.0)
     flat = int(np.argmax(np.r_[stress > _NONE * most, True]))
     toe: Mask = (stress > _NONE * most) & (stress < _TOE * most) & (np.arange(len(stress)) >= flat)
-    slack = flat >= _FLAT and strain[flat - 1] - strain[0] > _LEAST
+    slack = flat > 0 and strain[flat - 1] - strain[0] > _LEAST
     if np.count_nonzero(toe) < 4 or not (slack or flat == 0 and strain[0] < _LEAST):
         return 0.0
     begins = float(np.polyfit(stress[toe], strain[toe], 2)[-1])

@@ -22,13 +22,13 @@ def rigid(places: Array) -> Array:
 @pytest.mark.parametrize("name", ["biorob2018", "biorob2018-w15"])
 def test_what_turns_by_its_points_is_seen_as_what_turns(name: str) -> None:
     sensor = load_sensor(name)
-    spirals = load_sensor(name, ['coils.0.winding="spiral"', 'coils.1.winding="spiral"'])
     model = sheets(sensor, 1e-2).varied(sensor, single=True)
     turned = Pose.of(POSE.components[None])
     _, slopes, _ = pose_slopes(sensor, model, turned, sensor.frequency, ("d_v", "alpha", "d_h"))
     by = np.diagonal(slopes[0], axis1=0, axis2=1)
     sizes, half = np.array([1.0, 0.5 * sensor.target.width]), 0.5 * sensor.target.thickness
     bottom, middle = (lift_slopes(sensor, POSE, rigid, np.array([0.0, plane]), sizes)[1] for plane in (0.0, half))
+    spirals = load_sensor(name, [f'coils.{k}.winding="spiral"' for k in (0, 1)])
     np.testing.assert_array_equal(lift_slopes(spirals, POSE, rigid, np.zeros(2), sizes)[1], bottom)
     np.testing.assert_allclose(bottom, by[1] / by[0], rtol=2e-3)  # a pose turns about the bottom face's middle
     np.testing.assert_allclose(middle, (by[1] - half * by[2]) / by[0], rtol=2e-3)
