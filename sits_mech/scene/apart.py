@@ -144,7 +144,7 @@ def _layer_and_target(target: Target | None, elastomer: Elastomer | None, cover:
 def _check_clear(part: Prism, other: Prism) -> None:
     """Refuse a conductor that touches or overlaps another part."""
     turned = part.box is not None or other.box is not None
-    above = max(other.bottom - part.top, part.bottom - other.top)
+    above = max(other.bottom - part.top, part.bottom - other.top)  # negative where their heights overlap
     height = float(separation(_box(part), _box(other))[0]) if turned else above
     slack = SLACK * max(*part.extent, *other.extent, part.top - part.bottom, other.top - other.bottom)
     if height > slack or (aside := -math.inf if turned else gap_in_plan(part, other)) > slack:
