@@ -35,7 +35,7 @@ _STRAINS = ("strain", "stretch", "true_strain", "displacement")
 _STRESSES = ("stress", "true_stress", "force")
 _MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain number or in %"}
 _MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
-_LEAST = 5e-3  # of strain: slack
+_LEAST, _SURE = 5e-3, 3.0  # slack: of strain, and in its standard errors
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
 _BEGUN = (
     'the first stress is that of {0} of strain more: of a preload --slack="-{0}" adds it; of a load cell that is not '
@@ -281,13 +281,14 @@ def _as_tension(mode: str, strain: Array, stress: Array) -> tuple[str, Array, Ar
 def _begin(strain: Array, stress: Array) -> float:
     """Return the strain at which the stress of a pull begins, where it first shows none, or more; else zero."""
     most = np.max(stress[strain < np.min(strain, initial=0.0) + 1.0], initial=0.0)
-    flat = int(np.argmax(np.r_[stress > _NONE * most, True]))
-    toe: Mask = (stress > _NONE * most) & (stress < _TOE * most) & (np.arange(len(stress)) >= flat)
+    some: Mask = stress > _NONE * most
+    flat, toe = int(np.argmax(np.r_[some, True])), some & (stress < _TOE * most)
     slack = flat > 0 and strain[flat - 1] - strain[0] > _LEAST
     if np.count_nonzero(toe) < 4 or not (slack or flat == 0 and strain[0] < _LEAST):
         return 0.0
-    begins = float(np.polyfit(stress[toe], strain[toe], 2)[-1])
-    return begins if (begins if slack else -begins) > _LEAST else 0.0
+    (*_, begins), covariance = np.polyfit(stress[toe], strain[toe], 2, cov=True)
+    least = max(_LEAST, _SURE * np.sqrt(covariance[-1, -1]))
+    return float(begins) if (begins if slack else -begins) > least else 0.0
 
 
 def _spread(tests: list[TensileTest]) -> str:
