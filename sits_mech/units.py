@@ -101,8 +101,8 @@ def _converted(number: float, unit: str, into: str) -> float:
     from pint import PintError
 
     try:
-        # fifteen digits, so that 85 um is 8.5e-05 m and not its neighbour
-        pints = _POWER.sub(r"**\1", unit).translate(_SQUARES)
+        # fifteen digits, so that 85 um is 8.5e-05 m and not its neighbour; pint's mil is an angle
+        pints = "thou" if (unit, into) == ("mil", "m") else _POWER.sub(r"**\1", unit).translate(_SQUARES)
         return float(f"{_registry().convert(number, pints, into):.15g}")
     except (PintError, AttributeError, ArithmeticError, ValueError, AssertionError):  # the last of "dB/m"
         return math.nan

@@ -77,7 +77,7 @@ def test_what_is_no_range(text: str) -> None:
 
 def test_one_quantity_is_one_number() -> None:
     """Where a single value is another thing than a list of one."""
-    assert quantity_or_range("500 mN", "N", "--fz") == 0.5
+    assert quantity_or_range("500 mN", "N", "--fz") == 0.5 and quantity_or_range("62 mil", "m", "--dv") == 1.5748e-3
     assert quantity_or_range("0 N:1 N:2", "N", "--fz") == [0.0, 1.0]
 
 

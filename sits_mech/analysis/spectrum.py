@@ -137,7 +137,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
         for name in (*_AT_TERMINALS, "shift"):
             data[name] = (pair[:2], np.array([getattr(item, name.removeprefix("terminal_")) for item in seen]))
         data["R_track"] = (pair[:2], np.array([item.R_ac for item in seen]))
-    report = replace(_joined(each, hertz), left_out=(*_largest(each), *map(_stated, missing)))
+    stated = (Omission(OmissionKind.STATED, counts=False, numbers=(("text", text),)) for text in missing)
+    report = replace(_joined(each, hertz), left_out=(*_largest(each), *stated))
     return data.assign_attrs(unit_L=each[0].unit_L, name=sensor.name, report=kept_report(report))
 
 
@@ -207,8 +208,3 @@ def _largest(found: Sequence[Impedance]) -> tuple[Omission, ...]:
         if before is None or not item.size <= before.size:
             worst[item.kind] = item
     return tuple(worst.values())
-
-
-def _stated(text: str) -> Omission:
-    """Return what terminals are without: no error of what the coils show."""
-    return Omission(OmissionKind.STATED, counts=False, numbers=(("text", text),))

@@ -22,7 +22,6 @@ first order in what metal changes of Z (`tracks`), of which it leaves out
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from functools import partial
 
 import numpy as np
@@ -143,18 +142,13 @@ def _of_planar(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
 
 def _of_axisymmetric(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     """Return what rings leave out of spirals."""
-    found = _of_air(sensor, question)
-    return (Omission(OmissionKind.PITCH, _pitch(sensor, question)), *found) if _is_spiral(sensor.coils) else found
+    found, spiral = _of_air(sensor, question), any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
+    return (Omission(OmissionKind.PITCH, _pitch(sensor, question)), *found) if spiral else found
 
 
 def _of_axisymmetric_fem(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     """Return what finite elements on the axis leave out of spirals; they mesh the air."""
     return tuple(item for item in _of_axisymmetric(sensor, question) if item.kind != OmissionKind.AIR)
-
-
-def _is_spiral(coils: Iterable[Coil]) -> bool:
-    """Return whether a round coil has its track's true path."""
-    return any(coil.is_round and coil.winding == "spiral" for coil in coils)
 
 
 def _pitch(sensor: Sensor, question: Question) -> float:

@@ -83,9 +83,10 @@ def lift_slopes(
     """Return how coils see the target lifted by K shapes over how they see it lifted by the first of them, (K, n).
 
     `shapes` and `planes` as of `Lift`; `sizes` (K,) are the largest of each [1, m]. By differences of `sheets` on its
-    coarsest division, without fixed plates; raises as that.
+    coarsest division, without fixed plates, spirals as rings: 20 to 80 times faster, 1 % off; raises as that.
     """
-    alone = sensor.model_copy(update={"conductors": ()})
+    coils = tuple(coil.model_copy(update={"winding": "rings"}) for coil in sensor.coils)
+    alone = sensor.model_copy(update={"conductors": (), "coils": coils})
     each = abs(_QUICK) * STEP * room(alone, pose) * np.diag(1.0 / sizes)
     lift = Lift(shapes, planes, np.concatenate([each, -each]))
     model = replace(sheets(alone, _ROUGH).varied(alone, single=True), lift=lift)

@@ -13,6 +13,7 @@ frequency and thickness. The coil's tracks carry uniform current. Neglected: dis
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -36,7 +37,8 @@ from sits_mech.threads import one_thread
 from sits_mech.units import SceneError, checked_tolerance
 
 _KIND = Kind("axisymmetric", "H")  # what leaves the axis `check_coaxial` refuses
-_MOST = 4200  # rings in half the disc: half a minute and a gigabyte
+_LOG = logging.getLogger(__name__)
+_MOST, _LONGEST = 4200, 30.0  # rings in half the disc: half a minute [s] and a gigabyte
 _RATIO, _FIRST_RATIO = (0.15, 0.5), 0.3  # of successive steps of the limits: 1/16 for smooth, more at rims
 _THROUGH = 0.05  # of the step before: a smaller one passes through zero
 _ALONE = 0.5  # of what the extrapolation of two divisions adds; true errors are 0.02 to 1 of it, as a rule 0.15
@@ -144,8 +146,9 @@ def _divided(problem: DiscProblem, top: float, tolerance: float) -> tuple[tuple[
     gaps, frequencies = np.geomspace(*problem.gaps, _SAMPLES), np.geomspace(lowest_served(top), top, _SAMPLES)
     discs: list[Disc] = []
     for level in range(12):
-        if count_rings(problem, level) > _MOST:
+        if (rings := count_rings(problem, level)) > _MOST:
             break
+        _LOG.info("a disc of %d rings", 2 * rings, extra={"seconds": _LONGEST * (rings / _MOST) ** 3})
         discs.append(prepare_disc(replace(problem, places=()) if level else problem, level))
         if level and all(_holds(_limits(discs, gaps, frequency), tolerance) for frequency in frequencies.tolist()):
             return tuple(discs), True

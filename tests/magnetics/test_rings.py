@@ -87,11 +87,12 @@ def test_thick_disc_close_to_the_coil_tends_to_the_infinite_plate(radius, freque
     assert found.report.unknowns < 3000
 
 
-def test_poses_are_vectorised_and_fall_with_the_gap():
+def test_poses_are_vectorised_and_fall_with_the_gap(caplog):
     model = axisymmetric(sensor(5 * MM), 1e-2)
+    caplog.set_level("INFO", "sits_mech")
     gaps = np.array([[0.5, 1.0, 2.0], [4.0, 10.0, 50.0]]) * MM
     found = model.impedance(Pose(0.0, gaps), 1e6)
-    assert found.L.shape == (2, 3, 1, 1) and found.R.shape == (2, 3, 1, 1)
+    assert found.L.shape == found.R.shape == (2, 3, 1, 1) and "a disc of" in caplog.text
     change = (found.L - found.L0)[..., 0, 0].ravel()
     assert np.all(change < 0) and np.all(np.diff(np.abs(change)) < 0) and np.all(found.R > 0)
     single = axisymmetric(sensor(5 * MM), 1e-2).impedance(Pose(0.0, 4 * MM), 1e6)

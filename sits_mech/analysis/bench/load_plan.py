@@ -130,7 +130,8 @@ def plan_loads(
         raise SceneError(f"plan: must be one or more loads; got {count}")
     check_deviation("load_noise", load_noise, "N")
     check_deviation("depth_noise", depth_noise, "m")
-    read = _grid(prior)
+    softer = softest_of(prior)  # by two deviations
+    read = loads_over(softer * prior.table.map.low, softer * prior.table.map.high, _ACROSS)
     possible, too_much = bench.loads(prior, read)
     if rig != "stage":
         possible = possible[~np.any(np.delete(possible, _downwards(prior), axis=1), axis=1)]
@@ -180,12 +181,6 @@ def _downwards(prior: Prior) -> int:
     if "F_z" not in prior.forces:
         raise SceneError(f"rig: must be stage where F_z is not varied; the calibration has {', '.join(prior.forces)}")
     return prior.forces.index("F_z")
-
-
-def _grid(prior: Prior) -> Array:
-    """Return the loads to be read: a grid over the table's range for a sensor softer by two deviations, (m, d)."""
-    softer = softest_of(prior)
-    return loads_over(softer * prior.table.map.low, softer * prior.table.map.high, _ACROSS)
 
 
 def _goal(prior: Prior, read: Array) -> Array:

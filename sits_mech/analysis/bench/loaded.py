@@ -102,9 +102,11 @@ class LoadedBench:
     def parts(self, p: Array) -> tuple[ParameterSlopes, Array]:
         """Return derivatives by parameters, factors and loads in their parts, and those of the ways down, (v, m)."""
         count = sum(self.count[:2])
-        steps = self._steps(count)
+        sizes = {"thickness": 1e-4, "stiffening": 0.1}  # of parameters; of factors one
+        own = [sizes.get(name, 1.0) for name in self.setup.names]
+        steps = _STEP * np.array((own + [1.0] * count)[:count])
         ways = np.concatenate([np.eye(len(p))[:count] * steps[:, None], np.zeros((self.forces.shape[1], len(p)))])
-        pushes = self._ranges * _STEP
+        pushes = _STEP * (self.table.map.high - self.table.map.low)
         moves = np.concatenate([np.zeros((count, len(pushes))), np.diag(pushes)])[:, None, :]
         whole = np.concatenate([steps, pushes])
 
@@ -171,17 +173,6 @@ class LoadedBench:
         """Return the way down of the target from where it rests without load, shape (k, m) [m]."""
         none = self._rests(P, np.zeros((len(P), 1, self.forces.shape[1])))
         return (none - rests)[..., POSE.index("d_v")]
-
-    @property
-    def _ranges(self) -> Array:
-        """The range of each force over the table."""
-        return self.table.map.high - self.table.map.low
-
-    def _steps(self, count: int) -> Array:
-        """Return steps of parameters and factors, shape (count,)."""
-        sizes = {"thickness": 1e-4, "stiffening": 0.1}
-        own = [sizes.get(name, 1.0) for name in self.setup.names]
-        return _STEP * np.array((own + [1.0] * count)[:count])
 
 
 def _turned(names: Sequence[str], forces: Array, turns: Array) -> Array:

@@ -11,9 +11,9 @@ of specimens side by side (each stress with its strain) or one below the other (
 falls by half of its range from row to row). Sizes of a specimen are asked for, or stand above the names.
 
 Each is kept up to its largest stress, that is without break and unloading, and with rising strain. Where the file shows
-a slack specimen (at least `_FLAT` rows and `_LEAST` of strain without stress first) its zero is where the stress
+a slack specimen (at least `_LEAST` of strain without stress first) its zero is where the stress
 begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
-of ASTM D638 with the tangent's curvature).
+of ASTM D638 with the tangent's curvature). Where it shows stress at no strain that parabola begins before: it is said.
 
 A test over time is a uniaxial one, tension or compression (negative), with a time; nothing of it is left out.
 """
@@ -35,8 +35,13 @@ _STRAINS = ("strain", "stretch", "true_strain", "displacement")
 _STRESSES = ("stress", "true_stress", "force")
 _MUST = {"stress": "a pressure", "true_stress": "a pressure", "strain": "a plain number or in %"}
 _MOST = 25.0  # of strain, of any silicone: beyond, a column without a unit is in percent
-_LEAST, _FLAT = 5e-3, 2  # slack: of strain, and rows without stress
+_LEAST, _SURE = 5e-3, 3.0  # slack: of strain, and in its standard errors
 _NONE, _TOE = 0.01, 0.2  # of the largest stress up to 100 % strain: none, and where the curve is a parabola
+_BEGUN = (
+    'the first stress is that of {0} of strain more: of a preload --slack="-{0}" adds it; of a load cell that is not '
+    "zeroed take the first stress off",
+    "{0} of strain before the stress begins are taken off as slack; --slack 0 keeps it",
+)
 _NOTES = {
     "shear": "simple shear is taken as the planar tension that it is, turned",
     "compression": "compression is taken as the biaxial tension that it is between plates without friction",
@@ -245,9 +250,9 @@ def _test(pull: Pull, source: str, slack: float | None) -> TensileTest:
     strain, stress, notes = pull.strain, pull.stress, list(pull.notes)
     end = int(np.argmax(np.r_[stress, -np.inf])) + 1
     taken = (np.arange(len(strain)) < end) & (strain > np.maximum.accumulate(np.r_[-1.0, strain])[:-1])
-    if slack is None and (slack := _slack(strain[taken], stress[taken])):
-        what = f"{100.0 * slack:.3g} % of strain before the stress begins are taken off as slack"
-        notes.append(f"{what}; --slack 0 keeps it")
+    if slack is None and (begins := _begin(strain[taken], stress[taken])):
+        slack = max(begins, 0.0)
+        notes.append(_BEGUN[begins > 0.0].format(f"{100.0 * abs(begins):.3g} %"))
     slack = slack or 0.0
     taken &= strain >= slack if slack > 0.0 else taken
     if (count := np.count_nonzero(taken)) < 5:
@@ -273,15 +278,17 @@ def _as_tension(mode: str, strain: Array, stress: Array) -> tuple[str, Array, Ar
     return mode, strain, stress
 
 
-def _slack(strain: Array, stress: Array) -> float:
-    """Return the strain at which the stress of a pull begins, where it first shows none; else zero."""
+def _begin(strain: Array, stress: Array) -> float:
+    """Return the strain at which the stress of a pull begins, where it first shows none, or more; else zero."""
     most = np.max(stress[strain < np.min(strain, initial=0.0) + 1.0], initial=0.0)
-    flat = int(np.argmax(np.r_[stress > _NONE * most, True]))
-    toe: Mask = (stress > _NONE * most) & (stress < _TOE * most) & (np.arange(len(stress)) >= flat)
-    if flat < _FLAT or np.count_nonzero(toe) < 4 or not strain[flat - 1] - strain[0] > _LEAST:
+    some: Mask = stress > _NONE * most
+    flat, toe = int(np.argmax(np.r_[some, True])), some & (stress < _TOE * most)
+    slack = flat > 0 and strain[flat - 1] - strain[0] > _LEAST
+    if np.count_nonzero(toe) < 4 or not (slack or flat == 0 and strain[0] < _LEAST):
         return 0.0
-    begins = float(np.polyfit(stress[toe], strain[toe], 2)[-1])
-    return begins if begins > _LEAST else 0.0
+    (*_, begins), covariance = np.polyfit(stress[toe], strain[toe], 2, cov=True)
+    least = max(_LEAST, _SURE * np.sqrt(covariance[-1, -1]))
+    return float(begins) if (begins if slack else -begins) > least else 0.0
 
 
 def _spread(tests: list[TensileTest]) -> str:

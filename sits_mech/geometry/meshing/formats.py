@@ -34,22 +34,14 @@ def read_named(path: str | Path) -> Named:
     cells = {str(kind): np.asarray(own, dtype=np.int64) for kind, own in given.cells_dict.items()}
     nodes = {name: np.asarray(own, dtype=np.int64) for name, own in given.point_sets.items()}
     nodes |= _tagged(getattr(given, "point_tags", None), given.point_data.get("point_tags"))
-    faces = {name: [_corners(cells[kind])[own] for kind, own in parts.items() if kind in cells and _flat(kind)]
+    flat = {kind: own[:, : 3 if kind.startswith("triangle") else 4]
+            for kind, own in cells.items() if kind.startswith(("triangle", "quad"))}
+    faces = {name: [flat[kind][own] for kind, own in parts.items() if kind in flat]
              for name, parts in _groups(given).items()}
     if Path(path).suffix.lower() in (".e", ".exo", ".ex2"):
         faces |= _side_sets(path, cells)
     points = np.asarray(given.points, dtype=float)
     return ordered(Named(points, cells, {name: own for name, own in faces.items() if own}, nodes))
-
-
-def _flat(kind: str) -> bool:
-    """Whether cells are faces."""
-    return kind.startswith(("triangle", "quad"))
-
-
-def _corners(faces: Integers) -> Integers:
-    """Return the corners of triangles or quadrilaterals of any order."""
-    return faces[:, : 3 if faces.shape[1] in (3, 6, 7) else 4]
 
 
 def _abaqus(path: str | Path) -> Named:

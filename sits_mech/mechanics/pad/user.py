@@ -205,7 +205,7 @@ def _check_place(name: str, nodes: Array, where: Array, sizes: _Sizes) -> None:
         if abs(worst) > _SLACK:
             raise ValueError(
                 f"{name}: the group {group} must lie at z = {mm(level * t)} (elastomer.thickness is "
-                f"{mm(t)}); got a node at {mm((level + worst) * t)}"
+                f"{mm(t)}, the file in metres); got a node at {mm((level + worst) * t)}"
             )
     reach = 2.0 * t * np.abs(nodes[:, :2]).max(axis=0)
     if np.any(reach > (1.0 + _SLACK) * np.array(sizes.pad)):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -210,7 +210,7 @@ class Coil(BaseModel):
         self._check_heights()
         self._check_corners()
         if self.shape == "path":
-            middle = [(min(column) + max(column)) / 2 for column in zip(*self._corners, strict=True)]
+            middle = [(min(column) + max(column)) / 2 for column in zip(*chain(*self.path), strict=True)]
             middle = [0.0 if abs(place) <= 10.0**-_DIGITS else place for place in middle]
             self.__dict__["path"] = tuple(
                 tuple((round(x - middle[0], _DIGITS), round(y - middle[1], _DIGITS), z) for x, y, z in line)
@@ -276,11 +276,6 @@ class Coil(BaseModel):
     def is_round(self) -> bool:
         """Whether the turns are circles about an axis."""
         return self.shape == "circle"
-
-    @property
-    def _corners(self) -> list[Place]:
-        """All points of a path."""
-        return [place for line in self.path for place in line]
 
     @property
     def heights(self) -> tuple[float, ...]:

@@ -162,7 +162,10 @@ def test_unloading_is_left_out_and_offered_to_softening(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 30.0])
 def test_slack_is_found_taken_off_and_said(noise: float, tmp_path: Path) -> None:
-    """Constants come back after 10 % of slack; a given slack, zero too, is kept to; a test without has none."""
+    """Constants come back after 10 % of slack; a given slack, zero too, is kept to; a test without has none.
+
+    A preload is said; what its note offers brings them back.
+    """
     rng, flat = np.random.default_rng(2), np.arange(0.0, 0.1, 0.02)
     stress = np.r_[0.0 * flat, STRESS] + noise * rng.standard_normal(65)
     path = _table(tmp_path, "strain,stress (Pa)", [(np.r_[flat, 0.1 + PULL], stress)])
@@ -174,7 +177,12 @@ def test_slack_is_found_taken_off_and_said(noise: float, tmp_path: Path) -> None
     assert fit_law(read_tensile(path, Sizes(slack=0.1)), "yeoh").constants["c10"] == pytest.approx(8e3, rel=5e-3)
     for starts in (PULL, PULL[10:], np.r_[0.0, PULL]):
         own = engineering_stress("yeoh", YEOH, starts)
-        assert read_tensile(_table(tmp_path, "strain,stress (Pa)", [(starts, own)])).slack == 0.0
+        test = read_tensile(_table(tmp_path, "strain,stress (Pa)", [(starts, own)]))
+        assert test.slack == 0.0 and test.notes == ()
+    loaded = engineering_stress("yeoh", YEOH, starts + 0.04)
+    path = _table(tmp_path, "strain,stress (Pa)", [(starts, loaded)])
+    assert 'of a preload --slack="-4.0' in read_tensile(path).notes[0]
+    assert fit_law(read_tensile(path, Sizes(slack=-0.04)), "yeoh").constants["c10"] == pytest.approx(8e3, rel=5e-4)
 
 
 def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
@@ -203,3 +211,11 @@ def test_files_without_a_pull_are_refused(tmp_path: Path) -> None:
     assert len(least.strain) == 5
     with pytest.raises(ValueError, match="at least 5 rows of rising strain in the uniaxial test; got 0"):
         read_tensile(_table(tmp_path, "Time;Engineering Strain;Engineering Stress (MPa)", []))
+
+
+def test_noise_is_no_slack_and_no_preload(tmp_path: Path) -> None:
+    """Where stresses are known to 3 % of the largest a parabola begins anywhere: up to 0.2 of strain was taken off."""
+    strain, rng = np.linspace(0.0, 1.2, 61), np.random.default_rng(0)
+    for _ in range(40):
+        noisy = engineering_stress("yeoh", YEOH, strain) + 1.4e3 * rng.standard_normal(61)
+        assert read_tensile(_table(tmp_path, "strain,stress (Pa)", [(strain, noisy)])).notes == ()

@@ -28,6 +28,8 @@ def test_what_turns_by_its_points_is_seen_as_what_turns(name: str) -> None:
     by = np.diagonal(slopes[0], axis1=0, axis2=1)
     sizes, half = np.array([1.0, 0.5 * sensor.target.width]), 0.5 * sensor.target.thickness
     bottom, middle = (lift_slopes(sensor, POSE, rigid, np.array([0.0, plane]), sizes)[1] for plane in (0.0, half))
+    spirals = load_sensor(name, [f'coils.{k}.winding="spiral"' for k in (0, 1)])
+    np.testing.assert_array_equal(lift_slopes(spirals, POSE, rigid, np.zeros(2), sizes)[1], bottom)
     np.testing.assert_allclose(bottom, by[1] / by[0], rtol=2e-3)  # a pose turns about the bottom face's middle
     np.testing.assert_allclose(middle, (by[1] - half * by[2]) / by[0], rtol=2e-3)
 

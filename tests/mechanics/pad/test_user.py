@@ -475,7 +475,7 @@ def test_flaws_are_refused_with_where(tmp_path, said):
 REFUSED = {
     "must name groups": {"groups": ("ground", "free")},
     r"inside out; .* about \(": {"change": inside_out},
-    "must lie at z = 2 mm": {"change": lambda points: points * [[1], [1], [0.5]]},
+    "must lie at z = 2 mm .*, the file in metres": {"change": lambda points: points * [[1], [1], [0.5]]},
     "must lie under the target": {"size": 17.0},
     "must lie within the elastomer": {"change": lambda points: points * [[1.0], [1.5], [1.0]]},
     "symmetry must lie": {"change": lambda points: points * [[1.0], [0.9], [1.0]] + [[0.0], [0.5], [0.0]]},
