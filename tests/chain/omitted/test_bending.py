@@ -168,7 +168,8 @@ def test_an_error_holds_it_and_its_line_says_what_bends() -> None:
     assert rest_flags(sensor, found, 1e-2) == ("above tolerance",) and found.pose == rest.pose
     assert line(item) == (
         "bending of the target: it is solved as rigid; with a bending stiffness of 0.098 N m it bends by up to "
-        "1.7 um; bare: give target.backing_thickness of what it is glued on (about 0.045 of the displacement, by component)"
+        "1.7 um; bare: give target.backing_thickness of what it is glued on "
+        "(about 0.045 of the displacement, by component)"
     )
 
 
