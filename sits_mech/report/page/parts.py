@@ -64,7 +64,7 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
     mixed = sorted(_mixed(stray), reverse=True)[:2]
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
     done = int(answered(data).sum())
-    found.append((f"{float(data['seconds'].sum()):.3g} s", f"for {done} of {data['status'].size} loads"))
+    found.append((f"{float(data['seconds'].sum()):.3g} s", f"processor time of the poses; {done} of {data['status'].size} loads answered"))
     return tiles_of([each for each in found if not each[0].startswith("nan")])
 
 
