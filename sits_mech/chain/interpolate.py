@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.corrections import corrected_loads
+from sits_mech.chain.corrections import comparable, corrected_loads, less_stretched, mild_load
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.plans.prices import FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
@@ -108,11 +108,16 @@ def poses_on_grid(
             rest.pose.components if rest and np.isfinite(rest.report.estimated_error) else unknown for rest in rests
         ])
 
+    def tolerance() -> float:
+        """Return that of the map, at least the largest error of loads not to be compared: poses jump by as much."""
+        left = [one for one in found.values() if one.rest and one.rest.state.size and not comparable(one.rest)]
+        return max(BETWEEN * grid.tolerance, 0.0 if aim is None else worst(left, aim))
+
     sizes, aim = levers(grid.sensor), goal_of(begun.values()) if begun else None
     weighed = None if aim is None else aim.weights / _SIGNALS
     part = None
     if not grid.listed:
-        part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
+        part = solve_part(poses, grid.axes, tolerance=tolerance, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
     drawn = whole if part is None else _between(part, whole, grid, sizes)
     if refined is not None:
@@ -144,7 +149,12 @@ def _finer(
             if one.rest and (finer := again(load)).rest:
                 known[load] = replace(finer, rest=replace(finer.rest, slopes=one.rest.slopes))
         return settle(layer.rough, rough, symmetry=grid.symmetry, known=known)
-    found, way = rough, (levers(grid.sensor), unloaded_pose(grid.sensor).components)
+    way = levers(grid.sensor), unloaded_pose(grid.sensor).components
+    if (mild := mild_load(rough, *way)) is not None:
+        keep = grid.keep[0], first_key(grid.keep[1])
+        rough = settle(layer.rough, [mild], symmetry=grid.symmetry, keep=keep, known=rough)
+        return less_stretched(rough, mild, again(mild, 3))
+    found = rough
     for deepest in (99,) if grid.tolerance < MANY_ON_THREE else (3, 4):
         found = corrected_loads(rough, partial(again, deepest=deepest), *way)
         if not wanted < worst(found.values(), goal) <= wanted / FOURTH:

@@ -15,6 +15,7 @@ from sits_mech.mechanics.equilibrium.newton import (
     MOST,
     SETTLED,
     Arc,
+    _leaves_saddle,
     newton,
     rate,
     smallest_eigenvalue,
@@ -196,3 +197,10 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -
     descent = newton(body, unloaded(body), goal, steps=DESCENT).state
     assert wandering.residual > SETTLED and (wandering.iterations == MOST or F_x in (1.4, 2.0))  # these grow, and end
     assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > least
+
+
+def test_a_descent_next_to_a_saddle_is_lost_at_once() -> None:
+    """`biorob2018` under 1 N from where milder loads lead: it doubled 4e-8 eighteen times, and was lost then."""
+    assert _leaves_saddle([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7])
+    assert not _leaves_saddle([1.0, 3e-6, 4e-8, 8e-8])  # rounding, once
+    assert not _leaves_saddle([1.0, 0.2, 0.4, 0.8])  # far from rest residuals are no merit of a descent
