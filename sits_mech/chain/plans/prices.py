@@ -46,7 +46,7 @@ _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetr
 _NONE = ((0.0, 1.0),)  # of a model with one set of meshes
 _ONCE, _EACH = 0.05, 8e-6  # seconds of two meshes, and for each iteration and unknown of the finer one
 _WANDERED = 24  # iterations of two meshes beyond which no finer one was seen to settle
-_MEAN, _COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
+_MEAN, COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
 SURE = 3.0
 """Times a predicted error: of 74 loads none reached less than 0.39 of it, so that what is farther away is missed."""
 OF_ALL = 0.4
@@ -180,10 +180,8 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
         return count, 0.0, error
     if count > 1:
         left = zip(shares, (OF_ALL, FOURTH * OF_ALL), strict=False)
-        ways = [
-            (_COMPARED, times, error if touches(first) else max(share, of_all) * error)
-            for (times, share), of_all in left
-        ]
+        stays = float(touches(first))
+        ways = [(COMPARED, times, max(share, of_all, stays) * error) for (times, share), of_all in left]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]
     else:

@@ -144,7 +144,9 @@ def pursued(
             _LOG.info(STANDS, len(body.free), 100.0 * here.part, spent)
             if end is None or length >= end.ahead:
                 end, length = None, length * (2.0 if there.state.iterations <= EASY else 1.0)
-                length = min(length, LONGEST, _vanishing(before, here))
+                fall, gone_by = before.stiffness - here.stiffness, here.normal @ (here.state.q - before.state.q)
+                zero = _BEYOND * here.stiffness / fall * abs(float(gone_by)) if fall > 0.0 else np.inf
+                length = min(length, LONGEST, zero)  # where the stiffness seems to vanish, and a little
             else:
                 end = end._replace(here=here, ahead=end.ahead - length)
                 length = end.near_root(1.0)
@@ -182,9 +184,3 @@ def _ahead(body: Bonded, path: Path, here: _Place, length: float | None) -> Outc
     goal = path.goal(1.0 if arc is None else here.part)
     found = newton(body, replace(here.state, iterations=0), goal, path.held, arc=arc)
     return replace(judged(body, path, found), reached=1.0 if arc is None else here.part + found.reached)
-
-
-def _vanishing(before: _Place, here: _Place) -> float:
-    """Extrapolate the length at which the stiffness vanishes from two places, and add a little."""
-    fall, gone = before.stiffness - here.stiffness, float(np.abs(here.normal @ (here.state.q - before.state.q)))
-    return _BEYOND * here.stiffness / fall * gone if fall > 0.0 else np.inf

@@ -186,11 +186,6 @@ class Pressing(Walk):
         return replace(found, state=replace(found.state, iterations=spent))
 
 
-def _rule_of(body: Bonded, asked: Callable[..., Walk] | None) -> Callable[..., Walk]:
-    """Return the rule that is asked for, or that of a leg of a body's path."""
-    return asked or (PathLeg if body.press is None else Pressing)
-
-
 def advance(
     body: Bonded, start: State, path: Path, rule: Callable[..., Walk] | None = None, **options: float
 ) -> Outcome:
@@ -199,7 +194,7 @@ def advance(
     The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
     same numbers.
     """
-    rule = _rule_of(body, rule)
+    rule = rule or (PathLeg if body.press is None else Pressing)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:
