@@ -55,13 +55,14 @@ _STILL = 1e-3  # of the farthest, a displacement that counts
 
 
 def corrected_loads(
-    settled: Mapping[Wrench, Settled], finer: Callable[[Wrench], Settled], levers: Array, at_rest: Array
+    settled: Mapping[Wrench, Settled], finer: Callable[[Wrench], Settled], levers: Array, at_rest: Array,
+    only: Wrench | None = None,
 ) -> dict[Wrench, Settled]:
     """Return what comes of loads with poses and errors corrected by finer meshes.
 
     `finer` solves a load on them, without what its symmetry forbids; `levers`, shape (6,), turn the components of a
-    pose into displacements [1, m]; `at_rest`, shape (6,), is the undeformed pose. Failed loads, and all where no
-    finer mesh converges, come back unchanged.
+    pose into displacements [1, m]; `at_rest`, shape (6,), is the undeformed pose; `only` is a load that is compared for
+    the stretch alone. Failed loads, and all where no finer mesh converges, come back unchanged.
     """
     good = {load: one.rest for load, one in settled.items() if one.rest is not None}
     rests = list(good.values())
@@ -70,7 +71,8 @@ def corrected_loads(
     way = (poses - at_rest) * levers
     size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
-    open_to = [k for k, rest in enumerate(rests) if moved[k] and errors[k].any() and comparable(rest)]
+    asked = moved if only is None else np.array([load == only for load in good])
+    open_to = [k for k, rest in enumerate(rests) if asked[k] and errors[k].any() and comparable(rest)]
     chosen, wanted = _telling(way, open_to)
     fine: dict[int, Equilibrium] = {}
     for k in chosen[: 2 * wanted]:
@@ -92,7 +94,11 @@ def corrected_loads(
     each = np.maximum(each, np.minimum(1.0, each * _beyond_compared(errors, way, own)))
     ratio = np.sum(alike * each, axis=1) / np.maximum(np.sum(alike, axis=1), 1e-300)
     ratio = np.where(np.any(E > 0.0, axis=0), ratio, np.max(ratio, axis=1, keepdims=True))
-    strain, above = _beyond(rests), _above([rests[k] for k in own], list(fine.values()))
+    if only is not None:
+        share, ratio = 0.0 * share, np.ones_like(ratio)
+    strain = _beyond(rests)
+    there = strain[own]
+    above = min(1.0, float(np.max(np.divide(_beyond(fine.values()), there, out=there * 0.0 + 1.0, where=there > 0.0))))
     moved_to, errors, parts = poses + share * added, ratio * errors, ratio * added
     return dict(settled) | {
         load: replace(settled[load], rest=replace(
@@ -105,10 +111,7 @@ def corrected_loads(
 
 
 def mild_load(settled: Mapping[Wrench, Settled], levers: Array, at_rest: Array) -> Wrench | None:
-    """Return a part of the load that moves all components most where none to be compared reaches so far, else None.
-
-    Arguments are those of `corrected_loads`.
-    """
+    """Return a part of the farthest load where none to be compared reaches near it, else None; as `corrected_loads`."""
     rests = [one.rest for one in settled.values() if one.rest is not None and one.rest.state.size]
     way = np.abs(poses_of(rests).value - at_rest) * levers
     size, open_to = way.max(axis=1, initial=0.0), [comparable(rest) for rest in rests]
@@ -116,23 +119,6 @@ def mild_load(settled: Mapping[Wrench, Settled], levers: Array, at_rest: Array) 
         return None
     far = rests[int(np.argmax((way / np.maximum(way.max(axis=0), 1e-300)).sum(axis=1)))]
     return Wrench(*(_MILD * far.wrench.components).tolist())
-
-
-def less_stretched(settled: Mapping[Wrench, Settled], finer: Equilibrium) -> dict[Wrench, Settled]:
-    """Return what comes of loads with their stretch as a finer answer under one of them shows it."""
-    good = {load: one.rest for load, one in settled.items() if one.rest is not None}
-    above = _above([good[finer.wrench]], [finer])
-    reports = [replace(rest.report, stretch=float(1.0 + above * _beyond([rest])[0])) for rest in good.values()]
-    return dict(settled) | {
-        load: replace(settled[load], rest=replace(rest, report=report))
-        for (load, rest), report in zip(good.items(), reports, strict=True)
-    }
-
-
-def _above(first: list[Equilibrium], finer: list[Equilibrium]) -> float:
-    """Return the largest share of the stretch less one that finer meshes show of the first ones', at most one."""
-    there = _beyond(first)
-    return min(1.0, float(np.max(np.divide(_beyond(finer), there, out=there * 0.0 + 1.0, where=there > 0.0))))
 
 
 def _nearness(way: Array, fine: list[int]) -> Array:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.corrections import comparable, corrected_loads, less_stretched, mild_load
+from sits_mech.chain.corrections import comparable, corrected_loads, mild_load
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.plans.prices import COMPARED, FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
@@ -154,11 +154,9 @@ def _finer(
     if (mild := mild_load(rough, *way)) is not None:
         keep = grid.keep[0], first_key(grid.keep[1])
         rough = settle(layer.rough, [mild], symmetry=grid.symmetry, keep=keep, known=rough)
-        last = again(mild, 3).rest if rough[mild].rest else None
-        return less_stretched(rough, last) if last else rough
     found = rough
     for deepest in (99,) if grid.tolerance < MANY_ON_THREE else (3, 4):
-        found = corrected_loads(rough, partial(again, deepest=deepest), *way)
+        found = corrected_loads(rough, partial(again, deepest=deepest), *way, mild)
         if not wanted < worst(found.values(), goal) <= wanted / FOURTH:
             break
     return found

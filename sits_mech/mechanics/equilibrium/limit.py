@@ -137,7 +137,9 @@ def pursued(
             length = end.near_root(-1.0)
         else:
             new = _place(body, path, there)
-            if _angle(body, here, new) < _STRAIGHT and length > _CORNER * begun:
+            one, other = here.normal / body.levers, new.normal / body.levers
+            size = max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
+            if one @ other < _STRAIGHT * size and length > _CORNER * begun:
                 length *= 0.25
                 continue
             before, here = here, new
@@ -169,13 +171,6 @@ def _place(body: Bonded, path: Path, found: Outcome) -> _Place:
     size = body.length(ahead)
     normal = body.levers**2 * ahead / size if 0.0 < size < np.inf else np.zeros_like(ahead)
     return _Place(found.state, found.reached, found.stiffness, size, normal)
-
-
-def _angle(body: Bonded, before: _Place, here: _Place) -> float:
-    """Return the cosine of the angle between the path's directions at two places."""
-    one, other = before.normal / body.levers, here.normal / body.levers
-    size = float(np.linalg.norm(one)) * float(np.linalg.norm(other))
-    return float(one @ other) / max(size, 1e-300)
 
 
 def _ahead(body: Bonded, path: Path, here: _Place, length: float | None) -> Outcome:
