@@ -71,8 +71,8 @@ def corrected_loads(
     way = (poses - at_rest) * levers
     size = np.max(np.abs(way), axis=1, initial=0.0)
     moved = size > _STILL * np.max(size, initial=0.0)
-    asked = moved if only is None else np.array([load == only for load in good])
-    open_to = [k for k, rest in enumerate(rests) if asked[k] and errors[k].any() and comparable(rest)]
+    asked = [k for k, load in enumerate(good) if moved[k] and only in (None, load)]
+    open_to = [k for k in asked if errors[k].any() and comparable(rests[k])]
     chosen, wanted = _telling(way, open_to)
     fine: dict[int, Equilibrium] = {}
     for k in chosen[: 2 * wanted]:
@@ -103,7 +103,7 @@ def corrected_loads(
     return dict(settled) | {
         load: replace(settled[load], rest=replace(
             rest, pose=Pose.of(moved_to[k]), error=Pose.of(errors[k] + np.abs(apart[k]).sum(axis=0)),
-            shared=np.vstack([np.diag(parts[k]), apart[k]]),
+            shared=np.vstack([np.diag(parts[k]), apart[k]]) if only is None else rest.shared,
             report=replace(rest.report, stretch=float(1.0 + above * strain[k])),
         ))
         for k, (load, rest) in enumerate(good.items())

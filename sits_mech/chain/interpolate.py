@@ -152,8 +152,7 @@ def _finer(
         return settle(layer.rough, rough, symmetry=grid.symmetry, known=known)
     way = levers(grid.sensor), unloaded_pose(grid.sensor).components
     if (mild := mild_load(rough, *way)) is not None:
-        keep = grid.keep[0], first_key(grid.keep[1])
-        rough = settle(layer.rough, [mild], symmetry=grid.symmetry, keep=keep, known=rough)
+        rough = settle(layer.rough, [mild], symmetry=grid.symmetry, known=rough)
     found = rough
     for deepest in (99,) if grid.tolerance < MANY_ON_THREE else (3, 4):
         found = corrected_loads(rough, partial(again, deepest=deepest), *way, mild)

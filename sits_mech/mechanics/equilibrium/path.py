@@ -74,8 +74,7 @@ class Walk:
         for _ in range(_LOOKS):
             found = newton(self.body, start, goal, self.path.held, steps=self.steps)
             if self._wanders(found):
-                spent, found = found.state.iterations, newton(self.body, start, goal, self.path.held, steps=DESCENT)
-                found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+                found = newton(self.body, start, goal, self.path.held, steps=DESCENT).after(found)
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
@@ -168,9 +167,7 @@ class Pressing(Walk):
         ways = ((press.depth,), press.depths)[not press.meets(begun.load) :]
         found = self._let_in(own, begun, goal, press, ways[0])
         if found.reason and len(ways) > 1:
-            spent = found.state.iterations
-            found = self._let_in(own, begun, goal, press, ways[1])
-            found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+            found = self._let_in(own, begun, goal, press, ways[1]).after(found)
         sunk = not found.reason and -found.state.height > press.room
         return replace(found, reason=PathEnd.SUNK) if sunk else found
 
