@@ -207,9 +207,9 @@ def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: boo
 def _hopeless(left: list[float], slips: bool, falling: bool) -> bool:
     """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some.
 
-    Next to a saddle a descent turns its steps round, which double a residual, 20 times and more, before they leave it.
+    Close to a saddle a descent turns its steps round, which double a residual: 8 times from the square of what is near.
     """
-    saddle = falling and len(left) > 2 and _NEAR > left[-1] > left[-2] > left[-3]
+    saddle = falling and len(left) > 2 and _NEAR**2 > left[-1] > left[-2] > left[-3]
     return not np.isfinite(left[-1]) or saddle or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 

@@ -204,4 +204,4 @@ def test_a_descent_next_to_a_saddle_is_lost_at_once() -> None:
     assert _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, True)
     assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, False)
     assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8], False, True)  # rounding, once
-    assert not _hopeless([1.0, 0.2, 0.4, 0.8], False, True)  # far from rest residuals are no merit of a descent
+    assert not _hopeless([1.0, 1.2e-4, 5.8e-4, 1.6e-3], False, True)  # farther off it is soon left: 1.8 N above
