@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.corrections import corrected_loads
+from sits_mech.chain.corrections import comparable, corrected_loads, mild_load
 from sits_mech.chain.plans.goal import Goal
-from sits_mech.chain.plans.prices import FOURTH, MANY_ON_THREE
+from sits_mech.chain.plans.prices import COMPARED, FOURTH, MANY_ON_THREE
 from sits_mech.chain.propagation import levers, poses_of, unloaded_pose
 from sits_mech.maps.grid import Axes, SolvedPart, interpolated, likely_part, solve_part
 from sits_mech.mechanics.loads import RefinedModel, Settled, allowed_by_symmetry, first_key, settle, settled_again
@@ -48,7 +48,6 @@ BETWEEN = 0.4
 _SIGNALS = 0.5  # of that, what the map is given of the signals; chosen: w15 reaches 1.00 % by default, with 1 1.04 %
 _UNSEEN = 0.1  # of the largest error, what a component has at least: symmetry may hide it from all loads solved
 _SAME = 1e-9  # of the largest value of a component: what is closer is twice the same
-_FEW = 3  # loads that are solved on all meshes each: one more than are compared
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ class LayerGrid:
     @cached_property
     def few(self) -> bool:
         """Whether so few are solved that each of them is on all meshes."""
-        return len(self.symmetry.without_images(self.loads)) <= _FEW
+        return len(self.symmetry.without_images(self.loads)) <= COMPARED + 1
 
 
 def poses_on_grid(
@@ -112,7 +111,8 @@ def poses_on_grid(
     weighed = None if aim is None else aim.weights / _SIGNALS
     part = None
     if not grid.listed:
-        part = solve_part(poses, grid.axes, tolerance=BETWEEN * grid.tolerance, weights=sizes, goal=weighed)
+        asked_of_map = partial(_tolerance, BETWEEN * grid.tolerance, found, aim)
+        part = solve_part(poses, grid.axes, tolerance=asked_of_map, weights=sizes, goal=weighed)
     whole = found if part is not None else solved(grid.loads, known=found)
     drawn = whole if part is None else _between(part, whole, grid, sizes)
     if refined is not None:
@@ -121,6 +121,12 @@ def poses_on_grid(
     if part is not None:
         grid.progress(len(grid.loads), len(grid.loads))
     return {load: drawn[load] for load in grid.loads}
+
+
+def _tolerance(asked: float, settled: Mapping[Wrench, Settled], goal: Goal | None) -> float:
+    """Return the tolerance of a map, at least the largest error of loads not to be compared: poses jump by as much."""
+    left = [one for one in settled.values() if one.rest and one.rest.state.size and not comparable(one.rest)]
+    return asked if goal is None else max(asked, worst(left, goal))
 
 
 def _finer(
@@ -144,9 +150,12 @@ def _finer(
             if one.rest and (finer := again(load)).rest:
                 known[load] = replace(finer, rest=replace(finer.rest, slopes=one.rest.slopes))
         return settle(layer.rough, rough, symmetry=grid.symmetry, known=known)
-    found, way = rough, (levers(grid.sensor), unloaded_pose(grid.sensor).components)
+    way = levers(grid.sensor), unloaded_pose(grid.sensor).components
+    if (mild := mild_load(rough, *way)) is not None:
+        rough = settle(layer.rough, [mild], symmetry=grid.symmetry, known=rough)
+    found = rough
     for deepest in (99,) if grid.tolerance < MANY_ON_THREE else (3, 4):
-        found = corrected_loads(rough, partial(again, deepest=deepest), *way)
+        found = corrected_loads(rough, partial(again, deepest=deepest), *way, mild)
         if not wanted < worst(found.values(), goal) <= wanted / FOURTH:
             break
     return found

@@ -66,13 +66,14 @@ class SolvedPart:
 
 
 def solve_part(
-    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float, weights: ArrayLike = 1.0,
-    goal: Array | None = None, limit: ArrayLike | None = None,
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float | Callable[[], float],
+    weights: ArrayLike = 1.0, goal: Array | None = None, limit: ArrayLike | None = None,
 ) -> SolvedPart | None:
     """Return a grid solved at as few points as predict the rest, or None where all are to be solved.
 
     That is so for small grids, and where a point fails. `solve` maps points to outputs (m, n), nan where it fails;
-    `tolerance` is relative to each output's range, at least a quarter of the largest; `weights` (n,) make outputs
+    `tolerance` is relative to each output's range, at least a quarter of the largest, a function where it depends on
+    the points solved so far, which may be off themselves; `weights` (n,) make outputs
     comparable. A `goal` (s, n) makes relative figures of outputs, whose errors are within the tolerance as well. With a
     `limit` of outputs, in place of a goal, errors may be larger, as long as no point has it within value and error.
     """
@@ -86,15 +87,15 @@ def solve_part(
         sizes |= {block: _size(found, axes, levels, block) for block in new}
         known = found[~np.isnan(found[..., 0])]
         weight = np.broadcast_to(np.asarray(weights, dtype=float), known.shape[-1:])
-        ranges = np.ptp(known, axis=0)
-        wanted = tolerance * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
+        ranges, asked = np.ptp(known, axis=0), tolerance() if callable(tolerance) else tolerance
+        wanted = asked * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
         expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
         alike = np.sqrt(np.finfo(float).eps) * np.max(np.abs(known), axis=0)  # half its digits: a constant, rounded
-        wanted = np.maximum(wanted, tolerance * alike + 1e-300)
+        wanted = np.maximum(wanted, asked * alike + 1e-300)
         error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
-        if _share(error, wanted, goal, tolerance) <= 1.0:
+        if _share(error, wanted, goal, asked) <= 1.0:
             return SolvedPart(axes, tuple(sizes), found, error, expected)
-        new = _largest_block(sizes, {block: _share(size, wanted, goal, tolerance) for block, size in expected.items()})
+        new = _largest_block(sizes, {block: _share(size, wanted, goal, asked) for block, size in expected.items()})
         if limit is not None:
             part = SolvedPart(axes, tuple(sizes), found, error / _DECAY, expected)
             open_ = _undecided(part, interpolated(part, found), limit, wanted)

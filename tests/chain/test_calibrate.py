@@ -210,6 +210,22 @@ def test_a_range_and_its_image_are_solved_once() -> None:
 
 
 @pytest.mark.slow
+def test_a_table_to_strong_loads_holds_what_another_code_finds() -> None:
+    """`biorob2018` by NGSolve, Q2 with P1, base cells in 1 and 2 parts, order 2; 1 N, 2 N of reference_pads.json."""
+    data = calibrate(load_sensor("biorob2018"), F_x=np.linspace(-1.0, 1.0, 9), F_z=np.linspace(0.0, 4.0, 9))
+    assert data.attrs["reached"] < 0.025
+    assert sum("interpolated" in str(mark) for mark in data["flags"].values.ravel()) > 50
+    found = {
+        (0.0, 4.0): (0.0, 336.7), (0.25, 3.5): (273.8, 304.6), (0.75, 2.5): (820.5, 230.9), (0.5, 3.0): (548.8, 269.4),
+        (1.0, 3.5): (1062.0, 295.7), (1.0, 2.0): (1098.4, 185.0),
+    }
+    for (F_x, F_z), (d_h, sink) in found.items():
+        row = data.sel(F_x=F_x, F_z=F_z)
+        assert abs(float(row.d_h) - 1e-6 * d_h) <= float(row.error_d_h) + 1e-9
+        assert abs(2e-3 - float(row.d_v) - 1e-6 * sink) <= float(row.error_d_v)
+
+
+@pytest.mark.slow
 def test_few_loads_stand_for_a_real_grid() -> None:
     """Loads amid 4 x 4 x 4 solved on the whole pad: the table of sparse and turned ones is within both errors."""
     sensor, shear, normal = load_sensor("triaxial-4"), [-0.5, -0.2, 0.2, 0.5], [0.0, 0.6, 1.3, 2.0]

@@ -20,7 +20,7 @@ import numpy as np
 from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.plans.goal import HALF, Goal, goal_at
-from sits_mech.chain.plans.prices import SURE, Look, expected, touches
+from sits_mech.chain.plans.prices import SURE, Look, expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -145,8 +145,7 @@ def aimed_loads(
         aim = aimed(begun.values())
         first = begun[far].rest
     if aim is not None and first is not None:
-        likely = loads if touches(first.report) else solved_likely(loads, grid.axes, grid.place)
-        solved = len(symmetry.without_images(likely))
+        solved = len(symmetry.without_images(solved_likely(loads, grid.axes, grid.place)))
         planned = aim.promised(first, len(loads), solved)
         if not best:
             aim.refuse_beyond(planned, wrench_words(vars(far)))

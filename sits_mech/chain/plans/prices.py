@@ -9,11 +9,8 @@ other sixty, and compares predictions with results. Seconds are of processor tim
 
 Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
-Of a grid those loads count that a smooth map is solved at (maps/grid.py). Where faces touch under the largest load
-there is none: other loads are solved without contact, or with a guard, on families of meshes that differ by their
-errors, so that poses jump from load to load (2 % in d_h of `biorob2018` from 1 N, 1 N to 1 N, 1.5 N), which no further
-level makes less. All loads count then: 36 of 45 were solved of that grid, to 1 N, 4 N, 12 and 13 of two on which
-nothing touches.
+Of a grid those loads count that a smooth map is solved at (maps/grid.py). Loads in contact are not compared
+(corrections.py): where faces touch under the largest load its error is that of the table.
 
 Before anything is solved a load is counted: the unknowns n of its first meshes, and its increments k by linear theory.
 Two meshes then take some
@@ -49,10 +46,11 @@ _FURTHER = {"block": ((2.7, 0.25), (8.0, 0.2)), "planar": _IN_PLANE, "axisymmetr
 _NONE = ((0.0, 1.0),)  # of a model with one set of meshes
 _ONCE, _EACH = 0.05, 8e-6  # seconds of two meshes, and for each iteration and unknown of the finer one
 _WANDERED = 24  # iterations of two meshes beyond which no finer one was seen to settle
-_MEAN, _COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
+_MEAN, COMPARED = 0.65, 2  # of the largest load's seconds, those of a load of a table; loads that are compared
 SURE = 3.0
 """Times a predicted error: of 74 loads none reached less than 0.39 of it, so that what is farther away is missed."""
-_OF_ALL = 0.4  # of the largest error, what loads compared on a third mesh leave of all of a table: 0.18 to 0.39 of five
+OF_ALL = 0.4
+"""Of the largest error, what loads compared on a third mesh leave of all of a table: 0.18 to 0.39 of five."""
 MANY_ON_THREE = 3e-3
 """Tolerance from which on many loads take three meshes, and a fourth if it promises that tolerance."""
 FOURTH = 0.7
@@ -181,8 +179,9 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
     if count == 1 and first.creased:
         return count, 0.0, error
     if count > 1:
-        left = zip(shares, (_OF_ALL, FOURTH * _OF_ALL), strict=False)
-        ways = [(_COMPARED, times, max(share, of_all) * error) for (times, share), of_all in left]
+        left = zip(shares, (OF_ALL, FOURTH * OF_ALL), strict=False)
+        stays = float(touches(first))
+        ways = [(COMPARED, times, max(share, of_all, stays) * error) for (times, share), of_all in left]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]
     else:

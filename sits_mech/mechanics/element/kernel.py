@@ -185,7 +185,10 @@ def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Ar
     """
     F = gradients(mesh, u, at)
     F = F + _one(F)
-    return F, volume_ratio(F)
+    if F.shape[-1] == 4:
+        return F, F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
+    a, b, c, d, e, f, g, h, i = np.moveaxis(F, -1, 0)
+    return F, np.asarray(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
 
 
 def deformed(mesh: MixedMesh, u: Array) -> Deformed:
@@ -217,14 +220,6 @@ def taken(mesh: MixedMesh, P: Array) -> Array:
 def taken_tangents(mesh: MixedMesh, A: Array) -> Array:
     """Return tangents (..., c, c) alike."""
     return taken(mesh, taken(mesh, A).swapaxes(-1, -2)) if mesh.hoop else A
-
-
-def volume_ratio(F: Array) -> Array:
-    """Return ``J = det F`` of F with four or nine components, shape (..., 4) or (..., 9)."""
-    if F.shape[-1] == 4:
-        return F[..., 0] * F[..., 3] - F[..., 1] * F[..., 2]
-    a, b, c, d, e, f, g, h, i = np.moveaxis(F, -1, 0)
-    return np.asarray(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
 
 
 def kinematics(F: Array) -> Kinematics:

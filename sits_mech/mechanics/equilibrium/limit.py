@@ -137,14 +137,18 @@ def pursued(
             length = end.near_root(-1.0)
         else:
             new = _place(body, path, there)
-            if _angle(body, here, new) < _STRAIGHT and length > _CORNER * begun:
+            one, other = here.normal / body.levers, new.normal / body.levers
+            size = max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
+            if one @ other < _STRAIGHT * size and length > _CORNER * begun:
                 length *= 0.25
                 continue
             before, here = here, new
             _LOG.info(STANDS, len(body.free), 100.0 * here.part, spent)
             if end is None or length >= end.ahead:
                 end, length = None, length * (2.0 if there.state.iterations <= EASY else 1.0)
-                length = min(length, LONGEST, _vanishing(before, here))
+                fall, gone_by = before.stiffness - here.stiffness, here.normal @ (here.state.q - before.state.q)
+                zero = _BEYOND * here.stiffness / fall * abs(float(gone_by)) if fall > 0.0 else np.inf
+                length = min(length, LONGEST, zero)  # where the stiffness seems to vanish, and a little
             else:
                 end = end._replace(here=here, ahead=end.ahead - length)
                 length = end.near_root(1.0)
@@ -169,22 +173,9 @@ def _place(body: Bonded, path: Path, found: Outcome) -> _Place:
     return _Place(found.state, found.reached, found.stiffness, size, normal)
 
 
-def _angle(body: Bonded, before: _Place, here: _Place) -> float:
-    """Return the cosine of the angle between the path's directions at two places."""
-    one, other = before.normal / body.levers, here.normal / body.levers
-    size = float(np.linalg.norm(one)) * float(np.linalg.norm(other))
-    return float(one @ other) / max(size, 1e-300)
-
-
 def _ahead(body: Bonded, path: Path, here: _Place, length: float | None) -> Outcome:
     """Solve for the state a length ahead, or at the goal; it has reached its part of the load."""
     arc = None if length is None else Arc(here.state.q, here.normal, length, path.slope)
     goal = path.goal(1.0 if arc is None else here.part)
     found = newton(body, replace(here.state, iterations=0), goal, path.held, arc=arc)
     return replace(judged(body, path, found), reached=1.0 if arc is None else here.part + found.reached)
-
-
-def _vanishing(before: _Place, here: _Place) -> float:
-    """Extrapolate the length at which the stiffness vanishes from two places, and add a little."""
-    fall, gone = before.stiffness - here.stiffness, float(np.abs(here.normal @ (here.state.q - before.state.q)))
-    return _BEYOND * here.stiffness / fall * gone if fall > 0.0 else np.inf

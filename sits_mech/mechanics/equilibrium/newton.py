@@ -199,14 +199,18 @@ def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> f
 def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: bool) -> bool:
     """Whether iterations end: settled or hopeless; if nearly at rest is enough, after a whole step of `enough`."""
     if steps.enough is None:
-        return left[-1] <= SETTLED or _hopeless(left, slips)
+        return left[-1] <= SETTLED or _hopeless(left, slips, steps.falling)
     small = last[1] == 1.0 and last[0] <= steps.enough
     return small and (not steps.eliminating or left[-1] <= _NEAR)
 
 
-def _hopeless(left: list[float], slips: bool) -> bool:
-    """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some."""
-    return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
+def _hopeless(left: list[float], slips: bool, falling: bool) -> bool:
+    """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some.
+
+    Close to a saddle a descent turns its steps round, which double a residual: 8 times from the square of what is near.
+    """
+    saddle = falling and len(left) > 2 and _NEAR**2 > left[-1] > left[-2] > left[-3]
+    return not np.isfinite(left[-1]) or saddle or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 
 def judged(body: Bonded, path: Path, found: Outcome) -> Outcome:

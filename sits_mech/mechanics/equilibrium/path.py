@@ -74,8 +74,7 @@ class Walk:
         for _ in range(_LOOKS):
             found = newton(self.body, start, goal, self.path.held, steps=self.steps)
             if self._wanders(found):
-                spent, found = found.state.iterations, newton(self.body, start, goal, self.path.held, steps=DESCENT)
-                found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+                found = newton(self.body, start, goal, self.path.held, steps=DESCENT).after(found)
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
@@ -168,9 +167,7 @@ class Pressing(Walk):
         ways = ((press.depth,), press.depths)[not press.meets(begun.load) :]
         found = self._let_in(own, begun, goal, press, ways[0])
         if found.reason and len(ways) > 1:
-            spent = found.state.iterations
-            found = self._let_in(own, begun, goal, press, ways[1])
-            found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+            found = self._let_in(own, begun, goal, press, ways[1]).after(found)
         sunk = not found.reason and -found.state.height > press.room
         return replace(found, reason=PathEnd.SUNK) if sunk else found
 
@@ -186,11 +183,6 @@ class Pressing(Walk):
         return replace(found, state=replace(found.state, iterations=spent))
 
 
-def _rule_of(body: Bonded, asked: Callable[..., Walk] | None) -> Callable[..., Walk]:
-    """Return the rule that is asked for, or that of a leg of a body's path."""
-    return asked or (PathLeg if body.press is None else Pressing)
-
-
 def advance(
     body: Bonded, start: State, path: Path, rule: Callable[..., Walk] | None = None, **options: float
 ) -> Outcome:
@@ -199,7 +191,7 @@ def advance(
     The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
     same numbers.
     """
-    rule = _rule_of(body, rule)
+    rule = rule or (PathLeg if body.press is None else Pressing)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:

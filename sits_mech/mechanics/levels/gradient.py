@@ -157,7 +157,8 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
             break
         if level is None:
             raise SolveFailed("gradient: the target has no stiffness under this load", found.report, found)
-        turns = _of_turns(level.q)
+        turns = np.eye(6)  # from increments (dc, dw) to those of the motion's components
+        turns[np.ix_(_TURN, _TURN)] = vector_rates(all_six(level.q)[_TURN])
         by_load.append(turns @ _by_load(level))
         by_each.append(turns @ _by_each(family, number, found, level, stencils))
         levels.append(level._replace(B=level.B[:0]))
@@ -315,10 +316,3 @@ def _limit(
         error = errors_of(_OWNS * off + beyond * np.abs(value), family.levels.share)
         found[:, :, column] = np.stack([value - opened * values[1][1, column], error]) / lever
     return found[0] * unit, found[1] * unit
-
-
-def _of_turns(q: Array) -> Array:
-    """Return the matrix from increments (dc, dw) to those of the motion's components, shape (6, 6)."""
-    found = np.eye(6)
-    found[np.ix_(_TURN, _TURN)] = vector_rates(all_six(q)[_TURN])
-    return found

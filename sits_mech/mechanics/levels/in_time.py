@@ -75,15 +75,11 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
             tell(100, 100)
             return motion
         numbers = list(line.last)
-    raise _failed(history, max(ended, key=lambda each: each.time))
-
-
-def _failed(history: LoadHistory, end: _Ended) -> SolveFailed:
-    """Build the error of a history that could not be completed."""
-    state = end.last.state
-    return SolveFailed(f"{REASONS[end.reason]} (at {end.time:.6g} s of {history.time[-1]:.6g} s)", SolveReport(
+    last = max(ended, key=lambda each: each.time)
+    state, why = last.last.state, f"{REASONS[last.reason]} (at {last.time:.6g} s of {history.time[-1]:.6g} s)"
+    raise SolveFailed(why, SolveReport(
         "", state.u.size, state.iterations, state.residual, 1.0, 0.0, Ended.HISTORY,
-        (Note.of(NoteKind.PATH_END, end=end.reason),), (), state.min_J
+        (Note.of(NoteKind.PATH_END, end=last.reason),), (), state.min_J
     ))
 
 

@@ -149,9 +149,8 @@ def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
     near = None if body.patch is None else nearly_at_rest(levels, 1, state, (held, goal), enough)
     if near is None or near.reason:
         return None
-    found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))
-    spent = near.state.iterations + found.state.iterations
-    return None if found.reason else replace(found, state=replace(found.state, iterations=spent))
+    found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held)).after(near)
+    return None if found.reason else found
 
 
 def refined_answer(line: Line, pair: Pair, control: Control) -> Solved:

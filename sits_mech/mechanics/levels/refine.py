@@ -87,15 +87,19 @@ def nearly_at_rest(
 ) -> Outcome | None:
     """Bring a target nearly to rest on a level, its last step at most `enough`; a body finds it once.
 
-    From a state of the level before, cells at rims eliminated, None where it cannot be carried; or from rest, down the
-    potential.
+    From a state of the level before, cells at rims eliminated, None where it cannot be carried; or from rest, and of a
+    cover that is pressed on, down the potential.
     """
-    body, (held, goal) = levels.maker(level), aim
-    steps = Steps(falling=before is None, eliminating=before is not None, enough=enough)
+    body, (held, goal), free = levels.maker(level), aim, levels.fine.press is None
+    steps = Steps(falling=before is None or not free, eliminating=before is not None and free, enough=enough)
     name = body.name_of(before or unloaded(body), aim, steps)
     known: Outcome | None = body.rests.get(name)
-    start = None if known else unloaded(body) if before is None else prolonged(levels, level, before)
-    return known if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
+    if known is not None:
+        return known
+    start = None if before is None else prolonged(levels, level, before)
+    if start is None and not (free and before):
+        start = unloaded(body)
+    return None if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
 
 
 def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
@@ -106,15 +110,14 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
     fails, from rest, unless cells at rims are eliminated.
     """
     (before, state), (held, goal) = states, aim
-    if levels.fine.press is not None:
-        yield from _pressed(levels, states, aim)
-        return
+    free = levels.fine.press is None
+    given = given and free
     for level in range(2, min(levels.rested, len(levels))):
         body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
         found = None if given else nearly_at_rest(levels, level, state, aim, enough)
-        if not given and (found is None or found.reason) and not body.patch:
+        if not (given or body.patch) and free and (found is None or found.reason):
             found = nearly_at_rest(levels, level, None, aim, enough)
-        if (found is None or found.reason) and (given or len(body.mesh.axes) == 2):  # in space too long, and in vain
+        if (found is None or found.reason) and (given or (free and len(body.mesh.axes) == 2)):  # in space too long
             path = Path((0.0 * goal, goal), held)
             there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))
             found = replace(there, off=0.0 * goal)
@@ -123,19 +126,4 @@ def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], 
         state, before = replace(found.state, known=None), state
         yield replace(found, state=state)
         if body.length(found.off) > enough:  # finer cells settle later still
-            return
-
-
-def _pressed(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array]) -> Iterator[Outcome]:
-    """Yield the rests of a cover that is pressed on, as `finer`: down the potential, from the level before."""
-    (before, state), (held, goal) = states, aim
-    for level in range(2, min(levels.rested, len(levels))):
-        body, enough = levels.maker(level), _ENOUGH * levels.maker(level).length(state.q - before.q)
-        begun = prolonged(levels, level, state) or unloaded(body)
-        found = newton(body, begun, goal, held, steps=Steps(falling=True, enough=enough))
-        if found.reason:
-            return
-        state, before = replace(found.state, known=None), state
-        yield replace(found, state=state)
-        if body.length(found.off) > enough:
             return

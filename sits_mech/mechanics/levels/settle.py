@@ -175,7 +175,10 @@ def _in_contact(line: Line, free: Pair, start: Equilibrium | None, control: Cont
     begin = (_softly(line, without.found, control) if free.part == 1.0 else None) or start
     pair = _on(line, line.last, begin, control)
     if pair.part < free.part:
-        return _without_contact(line, without)
+        found = without.found  # contact is needed and was not solved: the error is the whole displacement
+        away = found.pose.components - line.scales.pose(np.zeros(line[0].fine.components)).components
+        whole = whole_error(line[int(found.state[0])].fine, line.scales, away)
+        return without._replace(found=enlarged(found, whole, 1.0, Note(NoteKind.CONTACT_LOST)))
     solved = refined_answer(line, pair, control)
     return _with_depth(line, without.found, solved) if free.part == 1.0 and _faces(line, pair).held else solved
 
@@ -210,14 +213,6 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     error = found.error.components
     error[:k] += LEFT_SHARE * moved
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
-
-
-def _without_contact(line: Line, free: Solved) -> Solved:
-    """Return the answer without contact, its error the whole displacement: contact is needed and was not solved."""
-    found = free.found
-    away = found.pose.components - line.scales.pose(np.zeros(line[0].fine.components)).components
-    whole = whole_error(line[int(found.state[0])].fine, line.scales, away)
-    return free._replace(found=enlarged(found, whole, 1.0, Note(NoteKind.CONTACT_LOST)))
 
 
 def finished(

@@ -7,8 +7,7 @@ import pytest
 
 from sits_mech.chain.interpolate import LayerGrid
 from sits_mech.chain.models import MAGNETICS, loaded_model
-from sits_mech.chain.plans import aimed
-from sits_mech.chain.plans.aimed import Aim, Promise, aim_at, aimed_loads, readable_poses, status_of
+from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
 from sits_mech.chain.plans.prices import Look, expected
 from sits_mech.chain.propagation import poses_of
@@ -17,7 +16,6 @@ from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.loads import Settled
 from sits_mech.mechanics.symmetry import symmetry_of
-from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import SceneError, load_sensor
 
@@ -55,28 +53,6 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert Promise(one, 2.0, 0.01, 0.02).record == {
         "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "reached": 0.01, "error": 0.02,
     }
-
-
-@pytest.mark.parametrize(("notes", "solved"), [((), 12), ((Note.of(NoteKind.FACE_TOUCHES, surface="sides"),), 45)])
-def test_all_loads_of_a_table_are_planned_where_faces_touch(
-    notes: tuple[Note, ...], solved: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Those of a smooth map else; by a first rest of the largest load that stands in."""
-    sensor, counts = load_sensor("biorob2018"), list[int]()
-    report = SolveReport("block", 4000, 10, 0.0, 5e-3, 0.2, notes=notes)
-    first = Equilibrium(LOAD, POSE, Pose(5e-6, 1e-6), np.zeros(0), report)
-
-    def promised(aim: Aim, rest: Equilibrium, loads: int, count: int = 1) -> Look:
-        """Note the count, and stop there."""
-        counts.append(count)
-        raise SceneError("enough")
-
-    monkeypatch.setattr(aimed, "settle", lambda layer, loads, **more: dict.fromkeys(loads, Settled(first)))
-    monkeypatch.setattr(Aim, "promised", promised)
-    grid = {"F_x": np.linspace(-1.0, 1.0, 9).tolist(), "F_z": np.linspace(0.0, 4.0, 9).tolist()}
-    with pytest.raises(SceneError, match="enough"):
-        aimed_loads(LayerGrid(sensor, planar_layer(sensor, 1e-2), grid, symmetry_of(sensor), 1e-2), "planar")
-    assert counts == [solved]
 
 
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:

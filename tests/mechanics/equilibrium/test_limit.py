@@ -15,6 +15,7 @@ from sits_mech.mechanics.equilibrium.newton import (
     MOST,
     SETTLED,
     Arc,
+    _hopeless,
     newton,
     rate,
     smallest_eigenvalue,
@@ -196,3 +197,11 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -
     descent = newton(body, unloaded(body), goal, steps=DESCENT).state
     assert wandering.residual > SETTLED and (wandering.iterations == MOST or F_x in (1.4, 2.0))  # these grow, and end
     assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > least
+
+
+def test_a_descent_next_to_a_saddle_is_lost_at_once() -> None:
+    """`biorob2018` under 1 N from where milder loads lead: it doubled 4e-8 eighteen times, and was lost then."""
+    assert _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, True)
+    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, False)
+    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8], False, True)  # rounding, once
+    assert not _hopeless([1.0, 1.2e-4, 5.8e-4, 1.6e-3], False, True)  # farther off it is soon left: 1.8 N above
