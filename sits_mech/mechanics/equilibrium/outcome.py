@@ -138,6 +138,10 @@ class Outcome:
     length: float = 0.0  # displacement of the target's edge in the first step [thicknesses]
     off: Array = field(default_factory=lambda: np.zeros(0))  # error of q (k,) of a target that is only nearly at rest
 
+    def after(self, spent: int) -> Outcome:
+        """Count the iterations that were spent before, too."""
+        return replace(self, state=replace(self.state, iterations=spent + self.state.iterations))
+
     def over(self, begin: float, end: float) -> Outcome:
         """Map the outcome to a longer path, of which this one was from a part to another."""
         size = end - begin

@@ -74,8 +74,7 @@ class Walk:
         for _ in range(_LOOKS):
             found = newton(self.body, start, goal, self.path.held, steps=self.steps)
             if self._wanders(found):
-                spent, found = found.state.iterations, newton(self.body, start, goal, self.path.held, steps=DESCENT)
-                found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+                found = newton(self.body, start, goal, self.path.held, steps=DESCENT).after(found.state.iterations)
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
@@ -168,27 +167,19 @@ class Pressing(Walk):
         ways = ((press.depth,), press.depths)[not press.meets(begun.load) :]
         found = self._let_in(own, begun, goal, press, ways[0])
         if found.reason and len(ways) > 1:
-            spent = found.state.iterations
-            found = self._let_in(own, begun, goal, press, ways[1])
-            found = replace(found, state=replace(found.state, iterations=spent + found.state.iterations))
+            found = self._let_in(own, begun, goal, press, ways[1]).after(found.state.iterations)
         sunk = not found.reason and -found.state.height > press.room
         return replace(found, reason=PathEnd.SUNK) if sunk else found
 
     def _let_in(self, body: Bonded, begun: State, goal: Array, press: Press, depths: Sequence[float]) -> Outcome:
         """Return the rest under a goal, reached through rests by which a shape is let in more and more."""
-        found, spent = Outcome(begun), 0
+        found = Outcome(begun)
         for depth in depths:
-            softer = replace(body, press=replace(press, depth=depth))
-            found = super().rest(goal, replace(found.state, iterations=0), softer)
-            spent += found.state.iterations
+            softer, begun = replace(body, press=replace(press, depth=depth)), replace(found.state, iterations=0)
+            found = super().rest(goal, begun, softer).after(found.state.iterations)
             if found.reason:
                 break
-        return replace(found, state=replace(found.state, iterations=spent))
-
-
-def _rule_of(body: Bonded, asked: Callable[..., Walk] | None) -> Callable[..., Walk]:
-    """Return the rule that is asked for, or that of a leg of a body's path."""
-    return asked or (PathLeg if body.press is None else Pressing)
+        return found
 
 
 def advance(
@@ -199,7 +190,7 @@ def advance(
     The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
     same numbers.
     """
-    rule = _rule_of(body, rule)
+    rule = rule or (PathLeg if body.press is None else Pressing)
     name = body.name_of(start, path, rule, options)
     known: Outcome | None = body.rests.get(name)
     if known is not None:

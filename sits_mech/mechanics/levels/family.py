@@ -31,7 +31,11 @@ its power says, which is that of small strain: a layer of cells more at the edge
 as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2 it is 1 + c (sink/t)**2 as much, and as rho grows from layer to
 layer, too (0.30, 0.32; 0.37, 0.46), as much again is its error:
 
-    y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (sink/t)**2,   c = 8 * 16/3, some 50, in space.
+    y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (edge/t)**2,   c = 8 * 16/3, some 50, in space.
+
+A target that tilts presses one of its edges deeper, by its own half width times the tilt: on that depth the error is
+taken. (Discs off centre whose middles sink by 0.059, 0.059, 0.080 t, their edges by 0.104, 0.110, 0.133 t: rho of the
+tilt is 0.53, 0.45, 0.36, by the middle 0.28, 0.28, 0.30, by the edge 0.34, 0.35, 0.39.)
 
 So does the share of the worst component's error that all own to, twice: by the term and by its error, up to the whole.
 (The tilt of `biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29, 0.44 of it off; shares are 0.26, 0.30, 0.45.)
@@ -162,10 +166,11 @@ class Levels:
         raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
 
     def limit(
-        self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False, sink: float = 0.0
+        self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False,
+        sunk: Sequence[float] = (0.0, 0.0),
     ) -> Limit:
-        """Return the limit of values on the first levels, as `extrapolated`, of a target that sinks [thicknesses]."""
-        opened = self.opens * max(sink, 0.0) ** 2
+        """Return the limit of values on the first levels, as `extrapolated`; `sunk` as of `Bonded.sunk`."""
+        opened = tuple(self.opens * max(sink, 0.0) ** 2 for sink in sunk)
         return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=opened)
 
     def least_share(self, sink: float) -> float:
@@ -301,8 +306,8 @@ def contact_depth(depth: float, sizes: Sequence[float], level: int) -> float:
 
 
 def extrapolated(
-    values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False, opened: float = 0.0,
-    early: Array | float = EARLY,
+    values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False,
+    opened: Sequence[float] = (0.0, 0.0), early: Array | float = EARLY,
 ) -> Limit:
     """Return the limit of two or more levels, each (k,), by their `terms`; the last may be off by `off`.
 
@@ -323,12 +328,12 @@ def extrapolated(
     if len(values) == 2:
         return _limit(values[-1] + more.sum(axis=0), early * more, gain * off)
     wide = np.ones(len(more))
-    wide[0] += opened
+    wide[0] += opened[0]
     before, _ = _ahead(values[:-1], terms[:-1])
     value = values[-1] + np.tensordot(wide, more, axes=1)
     ratios, moved = terms[-1] / terms[-2], value - values[-2] - np.tensordot(wide[: len(before)], before, axes=1)
     parts = np.concatenate([_UNSURE * more, _reduced(ratios) * moved[None]])
-    parts[0] += opened * more[0]
+    parts[0] += opened[1] * more[0]
     parts[1] *= 1.0 + (len(values) == 3 and ratios.max() == 1.0)
     return _limit(value, parts, gain * off)
 

@@ -150,8 +150,7 @@ def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
     if near is None or near.reason:
         return None
     found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held))
-    spent = near.state.iterations + found.state.iterations
-    return None if found.reason else replace(found, state=replace(found.state, iterations=spent))
+    return None if found.reason else found.after(near.state.iterations)
 
 
 def refined_answer(line: Line, pair: Pair, control: Control) -> Solved:
