@@ -167,7 +167,7 @@ class Bonded:
 
     def sunk(self, q: Array) -> tuple[float, float]:
         """Return how far the target's middle, and the lowest place of its edge, have sunk [thicknesses]."""
-        return -float(q[1]), -float(q[1]) + float(np.abs(self.reach()[: len(q)] * q)[2::2].sum())
+        return -q[1], -q[1] + np.abs(self.reach()[: len(q)] * q)[2::2].sum()
 
     def length(self, step: Array) -> float:
         """Return the displacement of the target's edge in a step (dc, dw) of shape (k,) [thicknesses]."""

@@ -197,16 +197,15 @@ def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> f
 
 
 def _done(steps: Steps, left: list[float], last: tuple[float, float], slips: bool) -> bool:
-    """Whether iterations end: settled or hopeless; if nearly at rest is enough, after a whole step of `enough`."""
+    """Whether iterations end: settled or hopeless; if nearly at rest is enough, after a whole step of `enough`.
+
+    Hopeless are residuals that are not finite or, unless points slip or meet a shape, no smaller after some.
+    """
     if steps.enough is None:
-        return left[-1] <= SETTLED or _hopeless(left, slips)
+        risen = not slips and len(left) > _PATIENCE and left[-1] > left[0]
+        return left[-1] <= SETTLED or not np.isfinite(left[-1]) or risen
     small = last[1] == 1.0 and last[0] <= steps.enough
     return small and (not steps.eliminating or left[-1] <= _NEAR)
-
-
-def _hopeless(left: list[float], slips: bool) -> bool:
-    """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some."""
-    return not np.isfinite(left[-1]) or (not slips and len(left) > _PATIENCE and left[-1] > left[0])
 
 
 def judged(body: Bonded, path: Path, found: Outcome) -> Outcome:

@@ -163,7 +163,7 @@ def extrapolated_equilibrium(
         return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
     begun, pressed, depths = [Outcome(state) for state in states], body.pressed(fine), body.sunk(fine.q)
-    best = levels.early([shown(each) for each in begun], held | (np.arange(k) == 1), pressed=pressed)
+    best = levels.early([shown(each) for each in begun], held | (np.arange(k) == 1), pressed=pressed, sunk=depths)
     kept = 2  # levels that `best` is the limit of
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     most = min(most, len(levels), line.deepest)

@@ -11,7 +11,8 @@ that its change of q is the residual of the level before weighted by the dual so
 
 Error. Of two levels, what the first term adds, twice along z and of flush pads, where terms of either sign cancel
 (a_2/a_1 from -0.8 to 0.7 of pads in space), once sideways of a target within a face (from -0.02 to 0.05). Two levels of
-a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025).
+a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025),
+times what the target's edge adds more than its middle by c below, where it tilts.
 Of more,
 
     error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j < 1,
@@ -170,14 +171,17 @@ class Levels:
         sunk: Sequence[float] = (0.0, 0.0),
     ) -> Limit:
         """Return the limit of values on the first levels, as `extrapolated`; `sunk` as of `Bonded.sunk`."""
-        opened = tuple(self.opens * max(sink, 0.0) ** 2 for sink in sunk)
-        return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=opened)
+        return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=self._opened(sunk))
+
+    def _opened(self, sunk: Sequence[float]) -> Array:
+        """Return c (sink/t)**2."""
+        return self.opens * np.maximum(sunk, 0.0) ** 2
 
     def least_share(self, sink: float) -> float:
         """Return of the worst component's error what each has at least, of a target that sinks [thicknesses]."""
         return min(1.0, self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2)
 
-    def early(self, values: Sequence[Array], along: Mask, *, pressed: bool) -> Limit:
+    def early(self, values: Sequence[Array], along: Mask, *, pressed: bool, sunk: Sequence[float] = (0, 0)) -> Limit:
         """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.
 
         What two levels that differ at the edges alone do not show counts as much as what they do.
@@ -188,7 +192,9 @@ class Levels:
             found = found._replace(error=found.error + np.abs(found.parts[1]))
         if pressed or self.least == 0.0:
             return found
-        return found._replace(error=np.maximum(found.error, self.least * self.terms[1, 0] * np.abs(found.value)))
+        middle, edge = 1.0 + self._opened(sunk)
+        least = self.least * self.terms[1, 0] * edge / middle * np.abs(found.value)
+        return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
         """Whether rims in space crease so that a third level would not rest, or late: J falls there by one factor."""
@@ -307,7 +313,7 @@ def contact_depth(depth: float, sizes: Sequence[float], level: int) -> float:
 
 def extrapolated(
     values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False,
-    opened: Sequence[float] = (0.0, 0.0), early: Array | float = EARLY,
+    opened: Sequence[float] | Array = (0.0, 0.0), early: Array | float = EARLY,
 ) -> Limit:
     """Return the limit of two or more levels, each (k,), by their `terms`; the last may be off by `off`.
 

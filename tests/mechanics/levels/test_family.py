@@ -106,6 +106,13 @@ def test_an_edge_of_a_tilted_target_is_deeper_than_its_middle():
     assert whole.sunk(np.array([0.3, -0.1, 0.02, 0.2, -0.01, 0.4])) == pytest.approx((0.1, 0.1 + 0.02 * x + 0.01 * y))
 
 
+def test_two_levels_own_to_more_where_the_target_tilts():
+    """Of a flush box the third level is 0.021 away where the edge stands 0.197 t deep, the middle 0.059."""
+    levels, values = family("box"), [LIMIT, LIMIT]
+    even, tilted = (levels.early(values, LIMIT > np.inf, pressed=False, sunk=(0.1, edge)) for edge in (0.1, 0.2))
+    np.testing.assert_allclose(tilted.error, even.error * (1.0 + 50.0 * 0.2**2) / (1.0 + 50.0 * 0.1**2))
+
+
 def test_no_component_owns_to_more_than_the_worst():
     """However far a target sinks: what a press adds to the worst is in its own error."""
     levels = family("box")
