@@ -38,7 +38,7 @@ from scipy import sparse
 from scipy.linalg import blas, lapack
 from scipy.sparse.linalg import splu
 
-from sits_mech.mechanics.element.dissection import Child, Contribution, Dissection, Front, dissected
+from sits_mech.mechanics.element.dissection import Child, Dissection, Front, dissected
 from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.mesh import MixedMesh
 from sits_mech.quantities import Array, Integers
@@ -238,7 +238,8 @@ def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) ->
     if front.shares:
         whole = np.zeros((n + 1) ** 2)
         for share in front.shares:
-            whole += _square(share, values[share.group], n + 1)
+            places = share.places[:, :, None] * (n + 1) + share.places[:, None, :]
+            whole += summed(places, values[share.group][share.members], whole.size)
         square = whole.reshape(n + 1, n + 1)  # symmetric: rows are columns
         A, B, C = square[:P, :P].T, square[:P, P:n].T, square[P:n, P:n].T
     else:
@@ -247,12 +248,6 @@ def _assembled(front: Front, values: Sequence[Array], left: dict[int, Array]) ->
     for half in front.halves:
         _add(half, left.pop(half.front), A, B, C)
     return A, B, C
-
-
-def _square(share: Contribution, values: Array, size: int) -> Array:
-    """Sum stiffnesses into a front's square, shape (size**2,)."""
-    places = share.places[:, :, None] * size + share.places[:, None, :]
-    return summed(places, values[share.members], size**2)
 
 
 def _add(half: Child, X: Array, A: Array, B: Array, C: Array) -> None:

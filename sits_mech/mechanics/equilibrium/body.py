@@ -165,6 +165,10 @@ class Bonded:
         """Those of its own components, shape (k,) [thicknesses]."""
         return self.reach()[: self.components]
 
+    def sunk(self, q: Array) -> tuple[float, float]:
+        """Return how far the target's middle, and the lowest place of its edge, have sunk [thicknesses]."""
+        return -q[1], -q[1] + np.abs(self.reach()[: len(q)] * q)[2::2].sum()
+
     def length(self, step: Array) -> float:
         """Return the displacement of the target's edge in a step (dc, dw) of shape (k,) [thicknesses]."""
         return float(np.linalg.norm(self.levers * step))

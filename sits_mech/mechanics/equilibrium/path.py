@@ -173,14 +173,13 @@ class Pressing(Walk):
 
     def _let_in(self, body: Bonded, begun: State, goal: Array, press: Press, depths: Sequence[float]) -> Outcome:
         """Return the rest under a goal, reached through rests by which a shape is let in more and more."""
-        found, spent = Outcome(begun), 0
+        found = Outcome(begun)
         for depth in depths:
-            softer = replace(body, press=replace(press, depth=depth))
-            found = super().rest(goal, replace(found.state, iterations=0), softer)
-            spent += found.state.iterations
+            softer, begun = replace(body, press=replace(press, depth=depth)), replace(found.state, iterations=0)
+            found = super().rest(goal, begun, softer).after(found)
             if found.reason:
                 break
-        return replace(found, state=replace(found.state, iterations=spent))
+        return found
 
 
 def advance(

@@ -162,8 +162,8 @@ def extrapolated_equilibrium(
         own = Bounded.of(limit.value * size, errors_of(limit.error, share) * size, limit.parts * size)
         return float(np.max(own.mapped(goal[:, :k]).error, initial=0.0))
 
-    begun, pressed, sink = [Outcome(state) for state in states], body.pressed(fine), -float(fine.q[1])
-    best = levels.early([shown(each) for each in begun], held | (np.arange(k) == 1), pressed=pressed)
+    begun, pressed, depths = [Outcome(state) for state in states], body.pressed(fine), body.sunk(fine.q)
+    best = levels.early([shown(each) for each in begun], held | (np.arange(k) == 1), pressed=pressed, sunk=depths)
     kept = 2  # levels that `best` is the limit of
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     most = min(most, len(levels), line.deepest)
@@ -174,7 +174,7 @@ def extrapolated_equilibrium(
         level = len(found)
         if level > 2:
             off = np.where(held, 0.0, found[-1].off / unit)
-            limit = levels.limit([shown(each) for each in found], off, pressed=pressed, sink=sink)
+            limit = levels.limit([shown(each) for each in found], off, pressed=pressed, sunk=depths)
             if np.max(off, initial=0.0) > np.max(best.error):  # it does not settle there
                 return True
             best, kept = limit, level

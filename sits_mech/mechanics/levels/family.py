@@ -11,7 +11,8 @@ that its change of q is the residual of the level before weighted by the dual so
 
 Error. Of two levels, what the first term adds, twice along z and of flush pads, where terms of either sign cancel
 (a_2/a_1 from -0.8 to 0.7 of pads in space), once sideways of a target within a face (from -0.02 to 0.05). Two levels of
-a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025).
+a pad in space that agree by chance own to an edge's term of 0.03 of the displacement (flush pads show 0.0005 to 0.025),
+times what the target's edge adds more than its middle by c below, where it tilts.
 Of more,
 
     error = theta |Y_n - Y_(n-1)| + sum_j s_j |a_j phi_nj|,        theta = max_j phi_nj/phi_(n-1)j < 1,
@@ -31,7 +32,11 @@ its power says, which is that of small strain: a layer of cells more at the edge
 as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2 it is 1 + c (sink/t)**2 as much, and as rho grows from layer to
 layer, too (0.30, 0.32; 0.37, 0.46), as much again is its error:
 
-    y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (sink/t)**2,   c = 8 * 16/3, some 50, in space.
+    y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (edge/t)**2,   c = 8 * 16/3, some 50, in space.
+
+A target that tilts presses one of its edges deeper, by its own half width times the tilt: on that depth the error is
+taken. (Discs off centre whose middles sink by 0.059, 0.059, 0.080 t, their edges by 0.104, 0.110, 0.133 t: rho of the
+tilt is 0.53, 0.45, 0.36, by the middle 0.28, 0.28, 0.30, by the edge 0.34, 0.35, 0.39.)
 
 So does the share of the worst component's error that all own to, twice: by the term and by its error, up to the whole.
 (The tilt of `biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29, 0.44 of it off; shares are 0.26, 0.30, 0.45.)
@@ -162,17 +167,21 @@ class Levels:
         raise ValueError(f"{takes}: a thicker or smaller pad, or a mesh of your own with fewer cells, would fit")
 
     def limit(
-        self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False, sink: float = 0.0
+        self, values: Sequence[Array], off: Array | float = 0.0, *, pressed: bool = False,
+        sunk: Sequence[float] = (0.0, 0.0),
     ) -> Limit:
-        """Return the limit of values on the first levels, as `extrapolated`, of a target that sinks [thicknesses]."""
-        opened = self.opens * max(sink, 0.0) ** 2
-        return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=opened)
+        """Return the limit of values on the first levels, as `extrapolated`; `sunk` as of `Bonded.sunk`."""
+        return extrapolated(values, self.terms[: len(values)], off, pressed=pressed, opened=self._opened(sunk))
+
+    def _opened(self, sunk: Sequence[float]) -> Array:
+        """Return c (sink/t)**2."""
+        return self.opens * np.maximum(sunk, 0.0) ** 2
 
     def least_share(self, sink: float) -> float:
         """Return of the worst component's error what each has at least, of a target that sinks [thicknesses]."""
         return min(1.0, self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2)
 
-    def early(self, values: Sequence[Array], along: Mask, *, pressed: bool) -> Limit:
+    def early(self, values: Sequence[Array], along: Mask, *, pressed: bool, sunk: Sequence[float] = (0, 0)) -> Limit:
         """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.
 
         What two levels that differ at the edges alone do not show counts as much as what they do.
@@ -183,7 +192,9 @@ class Levels:
             found = found._replace(error=found.error + np.abs(found.parts[1]))
         if pressed or self.least == 0.0:
             return found
-        return found._replace(error=np.maximum(found.error, self.least * self.terms[1, 0] * np.abs(found.value)))
+        middle, edge = 1.0 + self._opened(sunk)
+        least = self.least * self.terms[1, 0] * edge / middle * np.abs(found.value)
+        return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
         """Whether rims in space crease so that a third level would not rest, or late: J falls there by one factor."""
@@ -301,8 +312,8 @@ def contact_depth(depth: float, sizes: Sequence[float], level: int) -> float:
 
 
 def extrapolated(
-    values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False, opened: float = 0.0,
-    early: Array | float = EARLY,
+    values: Sequence[Array], terms: Array, off: Array | float = 0.0, *, pressed: bool = False,
+    opened: Sequence[float] | Array = (0.0, 0.0), early: Array | float = EARLY,
 ) -> Limit:
     """Return the limit of two or more levels, each (k,), by their `terms`; the last may be off by `off`.
 
@@ -323,12 +334,12 @@ def extrapolated(
     if len(values) == 2:
         return _limit(values[-1] + more.sum(axis=0), early * more, gain * off)
     wide = np.ones(len(more))
-    wide[0] += opened
+    wide[0] += opened[0]
     before, _ = _ahead(values[:-1], terms[:-1])
     value = values[-1] + np.tensordot(wide, more, axes=1)
     ratios, moved = terms[-1] / terms[-2], value - values[-2] - np.tensordot(wide[: len(before)], before, axes=1)
     parts = np.concatenate([_UNSURE * more, _reduced(ratios) * moved[None]])
-    parts[0] += opened * more[0]
+    parts[0] += opened[1] * more[0]
     parts[1] *= 1.0 + (len(values) == 3 and ratios.max() == 1.0)
     return _limit(value, parts, gain * off)
 

@@ -48,7 +48,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     way_of,
 )
 from sits_mech.mechanics.equilibrium.outcome import StepTarget
-from sits_mech.mechanics.levels.answer import errors_of
+from sits_mech.mechanics.levels.answer import errors_of, relative
 from sits_mech.mechanics.levels.family import Levels, Line
 from sits_mech.quantities import Array, Equilibrium, SolveFailed
 from sits_mech.rotations import vector_rates
@@ -294,10 +294,9 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
 
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:
     """Return the part of the pose's error beyond that of the meshes, over the displacement."""
-    lever = family.levels.fine.reach()[: len(levels[0].S)]
-    limit = family.levels.limit([level.q * lever for level in levels], sink=-float(levels[1].q[1]))
-    size = max(float(np.max(np.abs(limit.value))), 1e-300)
-    return max(found.report.estimated_error - float(np.max(limit.error)) / size, 0.0) if np.any(limit.value) else 0.0
+    lever, sunk = family.levels.fine.reach()[: len(levels[0].S)], family.levels.fine.sunk(levels[1].q)
+    limit = family.levels.limit([level.q * lever for level in levels], sunk=sunk)
+    return max(found.report.estimated_error - relative(limit.error, limit.value, np.ones(1)), 0.0)
 
 
 def _limit(
@@ -307,12 +306,12 @@ def _limit(
 
     What edges that a press opens add goes with the square of the sink, which changes as well (family.py).
     """
-    limit, lever, sink = family.levels.limit, family.levels.fine.reach(), -float(levels[1].q[1])
+    limit, lever, sunk = family.levels.limit, family.levels.fine.reach(), family.levels.fine.sunk(levels[1].q)
     poses = [all_six(level.q) * lever for level in levels]
-    opened = 2.0 * (limit(poses, sink=sink).value - limit(poses).value) / (sink or 1.0)
+    opened = 2.0 * (limit(poses, sunk=sunk).value - limit(poses).value) / (sunk[0] or 1.0)
     found = np.zeros((2, *values[0].shape))
     for column in range(values[0].shape[1]):
-        value, off, _ = limit([each[:, column] * lever for each in values], sink=sink)
+        value, off, _ = limit([each[:, column] * lever for each in values], sunk=sunk)
         error = errors_of(_OWNS * off + beyond * np.abs(value), family.levels.share)
         found[:, :, column] = np.stack([value - opened * values[1][1, column], error]) / lever
     return found[0] * unit, found[1] * unit

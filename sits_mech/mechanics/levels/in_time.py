@@ -126,8 +126,8 @@ def _limits(levels: Levels, first: _First, walks: Sequence[_Walk]) -> _Limits:
     late = [np.array(walk.found) + gaps * (1.0 if rough(levels.coarse) else 4.0) for walk in walks]
     q, load = first.both(late[-1])
     unit, values, errors = first.unit(q, load), [], []
-    for rows, gap, sink in zip(np.moveaxis(np.array(late) / unit, 1, 0), gaps / unit, -q[:, 1], strict=True):
-        limit = levels.limit(list(rows), pressed=pressed, sink=sink)
+    for rows, gap, moved in zip(np.moveaxis(np.array(late) / unit, 1, 0), gaps / unit, q, strict=True):
+        limit = levels.limit(list(rows), pressed=pressed, sunk=levels.fine.sunk(moved))
         values.append(limit.value)
         own = np.maximum(limit.error + np.abs(gap), _LEAST if np.any(rows) else 0.0)
         errors.append(errors_of(own, levels.share))

@@ -63,8 +63,8 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
             found.append((f"{size:.3g} %", f"full scale of {str(name).removeprefix('full_scale_')}, of L0"))
     mixed = sorted(_mixed(stray), reverse=True)[:2]
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
-    done = int(answered(data).sum())
-    found.append((f"{float(data['seconds'].sum()):.3g} s", f"processor time of the poses; {done} of {data['status'].size} loads answered"))
+    done = f"{int(answered(data).sum())} of {data['status'].size} loads answered"
+    found.append((f"{float(data['seconds'].sum()):.3g} s", f"processor time of the poses; {done}"))
     return tiles_of([each for each in found if not each[0].startswith("nan")])
 
 

@@ -88,11 +88,29 @@ def test_edges_that_a_press_opens_add_more_and_are_less_sure():
     """Both by c (sink/t)^2 of what their term adds; a target that is pulled up opens nothing."""
     levels = family("box")
     values = list(LIMIT + levels.terms[:3] @ np.stack([FIRST, SECOND]))
-    plain, pressed, pulled = (levels.limit(values, sink=sink) for sink in (0.0, 0.1, -0.1))
+    plain, pressed, pulled = (levels.limit(values, sunk=(sink, sink)) for sink in (0.0, 0.1, -0.1))
     more = -50.0 * 0.1**2 * 0.0625 * FIRST
     np.testing.assert_allclose(pressed.value - plain.value, more, rtol=1e-9)
     np.testing.assert_allclose(pressed.parts[0] - plain.parts[0], more, rtol=1e-9)
     np.testing.assert_allclose([pulled.value, pulled.error], [plain.value, plain.error])
+    tilted = levels.limit(values, sunk=(0.1, 0.15))
+    np.testing.assert_allclose(tilted.value, pressed.value)
+    np.testing.assert_allclose(tilted.parts[0] - plain.parts[0], 1.5**2 * more, rtol=1e-9)
+
+
+def test_an_edge_of_a_tilted_target_is_deeper_than_its_middle():
+    """By the tilt over half its width; by both tilts of a whole pad."""
+    half, whole = (pad_family(scene(15.0), whole=each)[0].coarse for each in (False, True))
+    x, y = half.reach()[[2, 4]]
+    assert half.sunk(np.array([0.3, -0.1, -0.02])) == pytest.approx((0.1, 0.1 + 0.02 * x))
+    assert whole.sunk(np.array([0.3, -0.1, 0.02, 0.2, -0.01, 0.4])) == pytest.approx((0.1, 0.1 + 0.02 * x + 0.01 * y))
+
+
+def test_two_levels_own_to_more_where_the_target_tilts():
+    """Of a flush box the third level is 0.021 away where the edge stands 0.197 t deep, the middle 0.059."""
+    levels, values = family("box"), [LIMIT, LIMIT]
+    even, tilted = (levels.early(values, LIMIT > np.inf, pressed=False, sunk=(0.1, edge)) for edge in (0.1, 0.2))
+    np.testing.assert_allclose(tilted.error, even.error * (1.0 + 50.0 * 0.2**2) / (1.0 + 50.0 * 0.1**2))
 
 
 def test_no_component_owns_to_more_than_the_worst():
