@@ -18,7 +18,7 @@ from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel
-from sits_mech.mechanics.symmetry import Symmetry, image_of, symmetrised, symmetry_of, turned
+from sits_mech.mechanics.symmetry import Symmetry, image_of, image_of_rest, symmetrised, symmetry_of
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.notes import Omission
 from sits_mech.quantities import (
@@ -109,7 +109,7 @@ def _of_load(
     """Return the equilibrium under a load, that under its solved image, and the matrix back; as `image_at_rest`."""
     found, back = image_at_rest(symmetry, layer, wrench, start)
     image = symmetrised(found, symmetry_of(sensor), found.wrench)
-    return (image if found.wrench == wrench else turned(image, back, wrench)), found, back
+    return (image if found.wrench == wrench else image_of_rest(image, back, wrench)), found, back
 
 
 def image_at_rest(
@@ -130,7 +130,8 @@ def image_at_rest(
     except SolveFailed as error:
         if solved == wrench:
             raise
-        last = None if error.last is None else turned(error.last, back, Wrench(*(back @ error.last.wrench.components)))
+        last = error.last
+        last = None if last is None else image_of_rest(last, back, Wrench(*(back @ last.wrench.components)))
         carried = None
         if error.carried is not None:
             load, off = (each.components for each in error.carried)

@@ -20,8 +20,8 @@ Contact of the free faces with ground, target (scene key `elastomer.contact`, fa
 (faces/folds.py) is "never" solved, "always", or, "auto", where a free face folds onto one of them. With friction on
 ground and target the answer is that of a path of loads, straight from rest by default (levels/load_path.py).
 
-Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: viscosity,
-gravity, friction of faces on each other.
+Range: boxes, cylinders, pillars and meshes of the user's under rectangles and discs, every law. Neglected: gravity,
+friction of faces on each other.
 """
 
 from __future__ import annotations
@@ -145,9 +145,9 @@ class BlockPad(Controlled):
         """Return the target's motion under a history of loads; see `TimedModel`."""
         began, whole = time.process_time(), bool(history.farthest.out_of_plane)
         found = motion_in_time(self.whole if whole else self.half, history, tell)
-        report = replace(found.report, model="block", seconds=time.process_time() - began)
-        notes = (*report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
-        return replace(found, report=replace(report, notes=notes))
+        notes = (*found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
+        report = replace(found.report, model="block", seconds=time.process_time() - began, notes=notes)
+        return replace(found, report=report)
 
     @one_thread
     def slopes(self, found: Equilibrium, parameters: Sequence[Parameter], *, sideways: bool = False) -> PoseSlopes:

@@ -18,8 +18,7 @@ or, "auto", where a free face touches one of them (levels/settle.py). The notes 
 (`elastomer.friction`) the answer is that of a path of loads, straight from rest where no other is given
 (levels/load_path.py).
 
-Range: plane strain (the true pad is softer by its ends); about an axis nothing is left out. Neglected: viscosity,
-gravity.
+Range: plane strain (the true pad is softer by its ends), or about an axis, where no end is missing. Neglected: gravity.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ import numpy as np
 from sits_mech.cases import Progress, attempt, untold
 from sits_mech.mechanics.levels.family import PAIR
 from sits_mech.mechanics.levels.words import wrench_words
-from sits_mech.mechanics.symmetry import Symmetry, symmetrised, turned
+from sits_mech.mechanics.symmetry import Symmetry, image_of_rest, symmetrised
 from sits_mech.notes import packed, unpacked
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, scene_hash
@@ -134,7 +134,7 @@ def _image(settled: Settled, solved: Wrench, load: Wrench, back: Array) -> Settl
     """Return what comes of a load by its solved image, without cost."""
     if settled.rest is None:
         return replace(settled, seconds=0.0, reason=f"{wrench_words(vars(solved))}: {settled.reason}")
-    return Settled(turned(settled.rest, back, load))
+    return Settled(image_of_rest(settled.rest, back, load))
 
 
 def _path(load: Wrench, keep: tuple[Path | None, str]) -> Path | None:

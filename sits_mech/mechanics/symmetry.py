@@ -117,7 +117,7 @@ def image_of(matrix: Array, components: ArrayLike) -> Array:
     return np.asarray((matrix * np.where(matrix == 0.0, 0.0, components)).sum(axis=1) + 0.0)
 
 
-def turned(found: Equilibrium, matrix: Array, wrench: Wrench) -> Equilibrium:
+def image_of_rest(found: Equilibrium, matrix: Array, wrench: Wrench) -> Equilibrium:
     """Return the image of an equilibrium by a matrix, (6, 6), without state; errors have no sign."""
     pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
     shared = np.array([image_of(matrix, part) for part in found.shared]).reshape(-1, len(POSE))
@@ -137,7 +137,7 @@ def symmetrised(found: Equilibrium, symmetry: Symmetry, *loads: Wrench) -> Equil
     kept = symmetry.projection(*loads)
     if np.array_equal(kept, np.eye(len(kept))):
         return found
-    return replace(turned(found, kept, found.wrench), state=found.state, finer=found.finer)
+    return replace(image_of_rest(found, kept, found.wrench), state=found.state, finer=found.finer)
 
 
 def _matrix(Q: Array) -> Array:

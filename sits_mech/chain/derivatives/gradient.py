@@ -32,7 +32,7 @@ from sits_mech.chain.rests import aimed_rest
 from sits_mech.chain.simulate import Simulation, simulation_at
 from sits_mech.magnetics.pose_slopes import KnownImpedance, pose_slopes
 from sits_mech.mechanics.levels.gradient import PoseSlopes
-from sits_mech.mechanics.symmetry import Symmetry, symmetry_of, turned
+from sits_mech.mechanics.symmetry import Symmetry, image_of_rest, symmetry_of
 from sits_mech.mechanics.touch import check_untouched
 from sits_mech.quantities import (
     POSE,
@@ -166,7 +166,7 @@ def gradient(
     found, back, field = rest.image, rest.back, rest.field
     by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
-    simulation = simulation_at(sensor, field, turned(found, kept, wrench))
+    simulation = simulation_at(sensor, field, image_of_rest(found, kept, wrench))
     moved = moved_derivatives(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))
     one = Pose.of(simulation.equilibrium.pose.components[None])
     direct = at_fixed_poses(sensor, (field, by_field.name, rest.asked), one, numbers)

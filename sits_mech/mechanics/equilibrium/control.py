@@ -13,9 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from sits_mech.mechanics.equilibrium.outcome import Held
-from sits_mech.quantities import WRENCH, Array, Equilibrium, Pose, Wrench, refuse_infinite
-from sits_mech.threads import single_thread
+from sits_mech.quantities import WRENCH, Array, Equilibrium, Mask, Pose, Wrench, refuse_infinite
 
 PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, PLACES, strict=True))
@@ -49,7 +47,7 @@ class Control:
                 raise ValueError(f"control: {name} must be a finite number, got {given[0]}")
 
     @property
-    def held(self) -> Held:
+    def held(self) -> Mask:
         """Components whose places are given, shape (6,)."""
         return np.array([getattr(self, place) is not None for place in PLACES])
 
@@ -141,8 +139,7 @@ class Controlled(Protocol):
 
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        with single_thread():
-            return self.controlled(under(wrench), start=start)
+        return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""

@@ -32,10 +32,10 @@ import numpy as np
 from sits_mech.mechanics.element.kernel import kinematics
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state
 from sits_mech.mechanics.equilibrium.newton import affordable
-from sits_mech.mechanics.equilibrium.outcome import Held, Outcome, Path, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import Walk, advance, unloaded
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.silicone.points import PointMemory, past_after, remembered, virgin
 
 _SLIP = 2e-3  # thicknesses over the number of increments of a leg: elastic slip before a point slides
@@ -124,7 +124,7 @@ def begun(body: Bonded) -> Moment:
     return _moment(body, memories, state, np.inf) if body.laws.swell else Moment(state, memories)
 
 
-def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Held) -> Moment | PathEnd:
+def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Mask) -> Moment | PathEnd:
     """Return the layer a step `dt` [s] later, under a goal that changes linearly, or why there is none.
 
     ``dt = 0`` is a sudden change; `goal` (k,) as of a `Path`, scaled, like `held`.

@@ -45,8 +45,8 @@ from sits_mech.mechanics.element.kernel import (
 from sits_mech.mechanics.element.sideways import off_axis_stiffness
 from sits_mech.mechanics.element.target import bonded_tangent, moved, turning, work_between, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State, deformed_state, smallest_volume
-from sits_mech.mechanics.equilibrium.outcome import Held, StepTarget, bordered
-from sits_mech.quantities import Array, Integers
+from sits_mech.mechanics.equilibrium.outcome import StepTarget, bordered
+from sits_mech.quantities import Array, Integers, Mask
 
 _SHORTEN = 0.5  # of a step that does not lower the potential, at most
 _SHORTEST = 1e-3  # part of a step
@@ -236,7 +236,7 @@ def way_of(body: Bonded, here: State, found: Residuals, factor: Factor, aim: Ste
 
 
 def stepped(
-    body: Bonded, here: State, found: Residuals, factor: Factor, way: NewtonStep, held: Held, *,
+    body: Bonded, here: State, found: Residuals, factor: Factor, way: NewtonStep, held: Mask, *,
     falling: bool = False,
 ) -> tuple[State, float, Residuals] | None:
     """Return the state after the longest admissible part of Newton's step, that part, and the gradient there.

@@ -40,7 +40,7 @@ from sits_mech.mechanics.equilibrium.linearisation import (
     stepped,
     way_of,
 )
-from sits_mech.mechanics.equilibrium.outcome import Arc, Held, Outcome, Path, PathEnd, StepTarget, aim_of, bordered
+from sits_mech.mechanics.equilibrium.outcome import Arc, Outcome, Path, PathEnd, StepTarget, aim_of, bordered
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Array, Mask
 
@@ -76,7 +76,7 @@ PLAIN, DESCENT = Steps(), Steps(falling=True)
 
 
 def newton(
-    body: Bonded, start: State, goal: Array, held: Held | None = None, *, arc: Arc | None = None, steps: Steps = PLAIN
+    body: Bonded, start: State, goal: Array, held: Mask | None = None, *, arc: Arc | None = None, steps: Steps = PLAIN
 ) -> Outcome:
     """Iterate to rest under one goal; the result's reason says whether it settled.
 
@@ -145,7 +145,7 @@ def target_stiffness(body: Bonded, state: State) -> tuple[Array, Array | None]:
     return stiffness, hidden_stiffness(body, made)
 
 
-def rate(body: Bonded, state: State, stiffness: Array, held: Held, slope: Array) -> Array:
+def rate(body: Bonded, state: State, stiffness: Array, held: Mask, slope: Array) -> Array:
     """Return dq by the part of the path from a state at rest; nan where it does not exist."""
     k = body.components
     matrix = bordered(body, state.q, stiffness, held, (slope, np.zeros(k)))
@@ -238,7 +238,7 @@ def smallest_stiffness(path: Path, stiffness: Array, hidden: float) -> tuple[flo
     return (hidden, PathEnd.SIDEWAYS) if own > 0.0 else (own, PathEnd.BUCKLED)
 
 
-def smallest_eigenvalue(stiffness: Array, held: Held | None = None) -> float:
+def smallest_eigenvalue(stiffness: Array, held: Mask | None = None) -> float:
     """Return the smallest eigenvalue of the symmetric stiffness on free components; nan if not finite.
 
     `held` may go on to components that the body has not.

@@ -12,8 +12,6 @@ from sits_mech.mechanics.element.target import between, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.quantities import Array, Mask
 
-Held = Mask
-
 
 class PathEnd(StrEnum):
     """Why a load path ended."""
@@ -57,8 +55,8 @@ class Path:
     """The way through goals, straight from each to the next."""
 
     goals: tuple[Array, ...]  # (k,) each, scaled: forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
-    held: Held = field(default_factory=lambda: FREE)  # (k,), components whose places are given
-    out_of_plane: Held | None = None  # (3,), out-of-plane components that are given; None: none
+    held: Mask = field(default_factory=lambda: FREE)  # (k,), components whose places are given
+    out_of_plane: Mask | None = None  # (3,), out-of-plane components that are given; None: none
 
     def __post_init__(self) -> None:
         """Give every component a word."""
@@ -94,13 +92,13 @@ class Arc(NamedTuple):
 class StepTarget(NamedTuple):
     """Target of a step: held places with the gaps to them, and the arc with the distance left."""
 
-    held: Held
+    held: Mask
     gap: Array
     arc: Arc | None = None
     ahead: float = 0.0
 
 
-def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
+def aim_of(here: State, goal: Array, held: Mask, arc: Arc | None) -> StepTarget:
     """Return the gaps to the held places and to the plane of an arc."""
     gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
     if arc is None:
@@ -108,7 +106,7 @@ def aim_of(here: State, goal: Array, held: Held, arc: Arc | None) -> StepTarget:
     return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
 
 
-def bordered(body: Bonded, q: Array, stiffness: Array, held: Held, path: tuple[Array, Array]) -> Array:
+def bordered(body: Bonded, q: Array, stiffness: Array, held: Mask, path: tuple[Array, Array]) -> Array:
     """Return the matrix of a step (dq, dF, dt) along a path (slope, normal); dt is given where the normal is zero."""
     k, (slope, across) = body.components, path
     matrix = np.zeros((2 * k + 1, 2 * k + 1))

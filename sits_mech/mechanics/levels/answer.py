@@ -17,12 +17,12 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.element.kernel import most_stretched
 from sits_mech.mechanics.equilibrium.body import Bonded, State, pack_state, unpack_state
 from sits_mech.mechanics.equilibrium.control import Control, Scales
-from sits_mech.mechanics.equilibrium.outcome import Held, Outcome
+from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
 from sits_mech.mechanics.levels.refine import finer, refine
 from sits_mech.notes import Note
-from sits_mech.quantities import Array, Bounded, Equilibrium, Pose, SolveReport, Wrench
+from sits_mech.quantities import Array, Bounded, Equilibrium, Mask, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, silicones_of
 from sits_mech.silicone.stability import layer_notes
 
@@ -31,7 +31,7 @@ _PAYS = 0.7  # of an error, from which on a level that does not give the one ask
 _STRETCHED = 0.001  # share of the silicone that may be stretched more than what is called its largest stretch
 
 
-def aim(body: Bonded, scales: Scales, control: Control) -> tuple[Held, Array]:
+def scaled_control(body: Bonded, scales: Scales, control: Control) -> tuple[Mask, Array]:
     """Return which components of the motion are given, and the given values, scaled; shape (k,) each.
 
     Out-of-plane components of a whole body are held where no load leaves the plane: a user's mesh need not be exactly
@@ -140,7 +140,7 @@ def extrapolated_equilibrium(
     """
     (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
     body = levels.fine
-    k, (held, end) = body.components, aim(body, scales, control)
+    k, (held, end) = body.components, scaled_control(body, scales, control)
     given = bool(np.any(control.held[:k]))
     lever = body.reach(scales.thickness)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load

@@ -32,13 +32,20 @@ from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import under
 from sits_mech.mechanics.equilibrium.increments import Moment, begun, later, rough
-from sits_mech.mechanics.equilibrium.outcome import REASONS, Held, PathEnd
+from sits_mech.mechanics.equilibrium.outcome import REASONS, PathEnd
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.answer import Stretched, aim, errors_of, law_notes, layer_stretch, touch_notes
+from sits_mech.mechanics.levels.answer import (
+    Stretched,
+    errors_of,
+    law_notes,
+    layer_stretch,
+    scaled_control,
+    touch_notes,
+)
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
 from sits_mech.mechanics.levels.refine import refine
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import POSE, Array, Ended, Pose, SolveFailed, SolveReport
+from sits_mech.quantities import POSE, Array, Ended, Mask, Pose, SolveFailed, SolveReport
 
 _GROWTH = 0.03  # of the tolerance: what a step may add to the error in time
 _LARGER, _SMALLER, _SAFE = 3.0, 0.2, 0.9  # of a step, from one to the next
@@ -88,7 +95,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
     asked, count, scales = min(line.asked, 1.0), min(WALKED, len(levels)), line.scales
     goals, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
     given = history.held[:k]
-    sides = aim(levels.coarse, scales, under(history.farthest))[0] | given, given
+    sides = scaled_control(levels.coarse, scales, under(history.farthest))[0] | given, given
     first = _First(levels.coarse, sides, _GROWTH * asked)
 
     def share(level: int) -> Callable[[float], None]:
@@ -164,7 +171,7 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
 class _Walk:
     """The target's motion over time on one level, kept moment by moment."""
 
-    def __init__(self, body: Bonded, sides: tuple[Held, Held]) -> None:
+    def __init__(self, body: Bonded, sides: tuple[Mask, Mask]) -> None:
         self.body, self.now = body, begun(body)
         self.held, self.given = sides  # components that are held, those of them whose places are given
         self.found: list[Array] = []  # motion, or load where the place is given, (k,) each
@@ -214,7 +221,7 @@ class _Walk:
 class _First(_Walk):
     """The first level's walks: A in steps of time, B in two halves of each."""
 
-    def __init__(self, body: Bonded, sides: tuple[Held, Held], growth: float) -> None:
+    def __init__(self, body: Bonded, sides: tuple[Mask, Mask], growth: float) -> None:
         super().__init__(body, sides)
         self.growth, self.other = growth, begun(body)
         self.time: list[float] = []

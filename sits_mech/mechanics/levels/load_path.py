@@ -23,7 +23,7 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.increments import Friction
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
-from sits_mech.mechanics.levels.answer import aim, enlarged, extrapolated_equilibrium
+from sits_mech.mechanics.levels.answer import enlarged, extrapolated_equilibrium, scaled_control
 from sits_mech.mechanics.levels.family import WALKED, Levels, Line
 from sits_mech.mechanics.levels.pair import Solved, last_rest
 from sits_mech.notes import Note, NoteKind
@@ -89,8 +89,8 @@ def _in_increments(line: Line, levels: Levels, controls: Sequence[Control]) -> t
 def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int) -> Outcome:
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
-    held, _ = aim(body, line.scales, farthest)
-    goals = (np.zeros(body.components), *(aim(body, line.scales, control)[1] for control in controls))
+    held, _ = scaled_control(body, line.scales, farthest)
+    goals = (np.zeros(body.components), *(scaled_control(body, line.scales, control)[1] for control in controls))
     return advance(body, unloaded(body), Path(goals, held, controls[-1].held[3:]), Friction, parts=parts)
 
 

@@ -27,10 +27,10 @@ from sits_mech.mechanics.equilibrium.newton import (
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd, carried
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.answer import (
-    aim,
     extrapolated_equilibrium,
     law_notes,
     layer_stretch,
+    scaled_control,
     starts,
     whole_error,
 )
@@ -80,7 +80,7 @@ def first_look(line: Line, number: int, start: Equilibrium | None, control: Cont
     for level in (0, 1):
         levels.check_memory(level)
     check_seconds(MOST * iteration_seconds(levels.fine), f"a load on a mesh of {len(levels.fine.free)} unknowns")
-    state, (held, end) = _begun(line, number, start, 0), aim(levels.coarse, line.scales, control)
+    state, (held, end) = _begun(line, number, start, 0), scaled_control(levels.coarse, line.scales, control)
     begin = np.where(held, state.q, state.load)
     end = (1.0 - share) * begin + share * end
     return advance(levels.coarse, state, Path((begin, end), held, control.held[3:]), smallest=_LOOK)
@@ -96,7 +96,7 @@ def second_look(
     iterations.
     """
     levels, coarse_start = line[number], _begun(line, number, start, 0)
-    held, end = aim(levels.fine, line.scales, control)
+    held, end = scaled_control(levels.fine, line.scales, control)
     begin = np.where(held, coarse_start.q, coarse_start.load)
     path, midway = partial(Path, held=held, out_of_plane=control.held[3:]), begin + first.reached * (end - begin)
     spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else VERDICT
@@ -116,7 +116,7 @@ def second_look(
 
 def from_first(line: Line, number: int, control: Control, first: Outcome) -> Pair | None:
     """Bring the second level to rest from the first level's; None where it does not rest."""
-    levels, (held, goal) = line[number], aim(line[number].fine, line.scales, control)
+    levels, (held, goal) = line[number], scaled_control(line[number].fine, line.scales, control)
     found = _from_before(levels, first.state, Path((0.0 * goal, goal), held, control.held[3:]))
     return None if found is None else Pair(number, (first.state, found.state), first, found)
 
@@ -130,7 +130,7 @@ def beyond_first(line: Line, control: Control, pair: Pair) -> Pair | None:
     number = line.without_first(pair.number)
     if number is None:
         return None
-    levels, (held, goal) = line[number], aim(line[number].fine, line.scales, control)
+    levels, (held, goal) = line[number], scaled_control(line[number].fine, line.scales, control)
     path = partial(Path, held=held, out_of_plane=control.held[3:])
     midway = pair.begin + pair.part * (goal - pair.begin)
     found = _from_before(levels, pair.states[1], path((0.0 * goal, midway)))
@@ -208,7 +208,7 @@ def largest_load(
 
     `limit`: that as a part of the path from `begin` to the control's goal, with its error.
     """
-    scales, (held, end) = line.scales, aim(body, line.scales, control)
+    scales, (held, end) = line.scales, scaled_control(body, line.scales, control)
     there = scales.load(found.wrench)[: body.components]
     load, way_off = np.where(held, there, begin + limit[0] * (end - begin)), np.abs(end - begin)
     return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit[1] * way_off))

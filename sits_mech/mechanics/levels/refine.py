@@ -30,11 +30,11 @@ from sits_mech.mechanics.element.kernel import deformation
 from sits_mech.mechanics.equilibrium.body import State
 from sits_mech.mechanics.equilibrium.elimination import relaxed
 from sits_mech.mechanics.equilibrium.newton import Steps, affordable, newton
-from sits_mech.mechanics.equilibrium.outcome import Held, Outcome, Path
+from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.notes import Note
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 
 _Measured = TypeVar("_Measured")
 _FURTHER = 0.04  # of the limit of time: what a path beyond the second level may take
@@ -83,7 +83,7 @@ def prolonged(levels: Levels, level: int, state: State) -> State | None:
 
 
 def nearly_at_rest(
-    levels: Levels, level: int, before: State | None, aim: tuple[Held, Array], enough: float
+    levels: Levels, level: int, before: State | None, aim: tuple[Mask, Array], enough: float
 ) -> Outcome | None:
     """Bring a target nearly to rest on a level, its last step at most `enough`; a body finds it once.
 
@@ -102,7 +102,7 @@ def nearly_at_rest(
     return None if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
 
 
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Held, Array], given: bool) -> Iterator[Outcome]:
+def finer(levels: Levels, states: tuple[State, State], aim: tuple[Mask, Array], given: bool) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
     `states` are those of the first two levels; `given`: the target is moved, not loaded, so that its forces depend on

@@ -27,7 +27,7 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, softened
-from sits_mech.mechanics.levels.answer import aim, enlarged, starts, whole_error
+from sits_mech.mechanics.levels.answer import enlarged, scaled_control, starts, whole_error
 from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.load_path import along, depends_on_path
@@ -187,7 +187,7 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium | N
     """Return a start with contact let in softly, from an equilibrium without on the same meshes; None if it is lost."""
     twin = int(found.state[0]) + PAIR
     family = line[twin]
-    states, (held, goal) = [], aim(family.fine, line.scales, control)
+    states, (held, goal) = [], scaled_control(family.fine, line.scales, control)
     begun = starts(family, line.scales, found.wrench, found.state)
     for body, here in zip((family.fine, family.coarse), begun, strict=True):
         for factor in _SOFTLY:

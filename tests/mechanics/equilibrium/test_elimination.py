@@ -15,7 +15,7 @@ from sits_mech.mechanics.equilibrium.linearisation import factored, residuals_of
 from sits_mech.mechanics.equilibrium.newton import SETTLED, newton
 from sits_mech.mechanics.equilibrium.outcome import Path, aim_of
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.levels.answer import aim
+from sits_mech.mechanics.levels.answer import scaled_control
 from sits_mech.mechanics.levels.refine import nearly_at_rest
 from sits_mech.scene.sensor import load_sensor
 
@@ -29,7 +29,7 @@ def line():
 
 
 def goal(F_x, F_z):
-    return aim(line()[0].fine, line().scales, Control(F_x=F_x, F_z=F_z))[1]
+    return scaled_control(line()[0].fine, line().scales, Control(F_x=F_x, F_z=F_z))[1]
 
 
 @cache

@@ -9,7 +9,7 @@ from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_s
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import aim, errors_of, relative
+from sits_mech.mechanics.levels.answer import errors_of, relative, scaled_control
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.notes import NoteKind
@@ -53,7 +53,7 @@ def test_lever_is_half_the_target():
 
 def test_what_is_given_and_what_is_free():
     body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
-    held, goal = aim(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
+    held, goal = scaled_control(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
     assert held.tolist() == [False, True, True]
     np.testing.assert_allclose(goal, [0.5, -0.1, 0.01])
 
@@ -131,7 +131,7 @@ def test_two_levels_agree_on_what_symmetry_hides(sizes, load):
     line = block_pad(load_sensor("biorob2018", [f"{k}={v * MM}" for k, v in zip(keys, sizes, strict=True)])).half
     control, shares = under(Wrench(*load)), []
     for body in (line[0].coarse, line[0].fine):
-        held, goal = aim(body, line.scales, control)
+        held, goal = scaled_control(body, line.scales, control)
         found = advance(body, unloaded(body), Path((0.0 * goal, goal), held, control.held[3:]))
         shares.append(found.hidden / smallest_eigenvalue(target_stiffness(body, unloaded(body))[1]))
     assert abs(shares[1] - shares[0]) < 0.03 and min(shares) > 0.5
