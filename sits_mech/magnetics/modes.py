@@ -106,10 +106,10 @@ class Factored:
         columns = np.asarray(fluxes.T, dtype=complex, order="F")
         return np.asarray(lapack.ztfsm(1.0, self.packed, columns, uplo="L").T)
 
-    def currents(self, induced: Complex) -> Complex:
-        """Return (R + j omega L)^-1 of the fluxes (b, n) that induced these, shape (n, b)."""
+    def currents(self, induced: Complex, omega: float) -> list[Complex]:
+        """Return (R + j omega L)^-1 of the fluxes (b, n) that induced these, (n, b), as `Reduced`."""
         columns = np.asarray(induced.T.conj(), order="F")
-        return np.asarray(lapack.ztfsm(1.0, self.packed, columns, uplo="L", trans="C").conj())
+        return [np.asarray(lapack.ztfsm(1.0, self.packed, columns, uplo="L", trans="C").conj())]
 
     def reaction(self, induced: Complex, omega: float, other: Complex | None = None) -> Complex:
         """Return ``a^T Y b`` (..., n, k), as `Reduced`; ValueError at another frequency."""
@@ -145,6 +145,23 @@ class Reduced:
             return np.asarray(lower**2 * (X.real @ b + 1j * (X.imag @ b)))
 
         return reaction_at(resolved, omega, self.highest)
+
+    def induced(self, fluxes: Any) -> Array:
+        """Return what fluxes (b, n) induce, of a conductor seen through each of its n elements."""
+        W, n = self.coupling, len(self.coupling)
+        found = np.asarray(fluxes.real @ W)
+        if W.shape[1] > n:  # of complex currents
+            other = fluxes.imag @ W
+            found += np.hstack([-other[:, n:], other[:, :n]])
+        return found
+
+    def currents(self, induced: Array, omega: float) -> list[Complex]:
+        """Return the currents by what fluxes induce (n, b), of complex ones then those of the conjugate class."""
+        answer, W, n = self.answer(induced, omega), self.coupling, len(self.coupling)
+        if W.shape[1] == n:
+            return [W @ answer.T]
+        (p, q), V = (answer[:, :n] / 2, answer[:, n:] / 2), W[:, :n] + 1j * W[:, n:]
+        return [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
 
     def answer(self, induced: Array, omega: float) -> Complex:
         """Return ``(1 + j omega T)^-1 W^T c`` of what fields induce, (..., n, m)."""

@@ -50,14 +50,7 @@ class _Class:
 
     def induced(self, fluxes: Complex) -> Any:
         """Return what fluxes (m, unknowns) induce in the reduced currents."""
-        if isinstance(self.reduced, Factored):
-            return self.reduced.induced(fluxes)
-        W, m = self.reduced.coupling, len(self.unit)
-        found = np.asarray(fluxes.real @ W)
-        if W.shape[1] > m:  # of complex currents
-            other = fluxes.imag @ W
-            found += np.hstack([-other[:, m:], other[:, :m]])
-        return found
+        return self.reduced.induced(fluxes)
 
     def admittance(self, omega: float) -> Complex:
         """Return Y of what it sees besides coils in poses; omega [rad/s]."""
@@ -70,14 +63,7 @@ class _Class:
     def cell_moments(self, induced: Any, omega: float) -> Complex:
         """Return the moments in all images of its cells of what is induced (m, reduced), (m, q, 3)."""
         omega = min(omega, self.reduced.highest)
-        if isinstance(self.reduced, Factored):
-            ways = [self.reduced.currents(induced)]
-        else:
-            answer, W, m = self.reduced.answer(induced, omega), self.reduced.coupling, len(self.unit)
-            ways = [W @ answer.T]
-            if W.shape[1] > m:
-                (p, q), V = (answer[:, :m] / 2, answer[:, m:] / 2), W[:, :m] + 1j * W[:, m:]
-                ways = [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
+        ways = self.reduced.currents(induced, omega)
         return -1j * omega * image_moments(self.problem, [self.unit[:, None] * each for each in ways])
 
 
