@@ -126,7 +126,7 @@ def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping
 
 
 def shared_bases(
-    divisions: Sequence[tuple[CellPlan, Array]], metal: tuple[float, float], box: Box, keep: float = _KEEP
+    divisions: Sequence[tuple[CellPlan, Array]], metal: tuple[float, float], box: Box
 ) -> dict[_Key, Basis]:
     """Return combinations of fields (`combined`) that any of a round plate's levels along it sees; none of others.
 
@@ -147,7 +147,7 @@ def shared_bases(
         seen = [np.zeros((rows.size, part.shape[1])) for _, part in parts]
         for whole, (own, part) in zip(seen, parts, strict=True):
             whole[np.searchsorted(rows, own)] = part
-        strong = _strongest(without_gradients(box, rows, np.hstack(seen)), keep) / scale[rows, None]
+        strong = _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP) / scale[rows, None]
         some = strong.any(axis=1)
         found[key] = Basis(rows[some], strong[some])
     return found

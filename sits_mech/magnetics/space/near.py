@@ -27,7 +27,7 @@ from sits_mech.magnetics.modes import AtFrequency, Factored, Reduced, factored, 
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
-from sits_mech.magnetics.space.modes import check_free, matrices_of, shared_bases
+from sits_mech.magnetics.space.modes import check_free, matrices_of
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
 from sits_mech.magnetics.space.sources import PlateCells, Posed, Sources
 from sits_mech.memory import latest
@@ -162,7 +162,7 @@ def prepare_near(
     """
     others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
     found: list[dict[_Key, Any]] = []
-    bases = {} if others is None else shared_bases(divisions, metal, others, _KEEP)
+    bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
     _check_at_rest(sources, divisions)
     for division, first in zip(divisions, alike, strict=True):
