@@ -25,12 +25,14 @@ Householder reflections Q that make ``C^-1 L C^-T = Q T Q^T`` tridiagonal, a fre
     Y = omega^2 W (1 + j omega T)^-1 W^T,    W = B C^-T Q.
 
 Of n elements that takes n^3 / 3, n^3 and 4 n^3 / 3 products and sums, a third of them in products of a matrix and one
-vector, which are as slow as memory. One frequency by itself takes the same 4 n^3 / 3 in all, in products of matrices
-(`solved`): R + j omega L is symmetric, and is factored as it is.
+vector, which are as slow as memory. One frequency by itself takes 2 n^3 in all, in products of matrices: both parts of
+R + j omega L are positive, so that it has a symmetric root without pivots,
+
+    F F^T = R + j omega L,    Delta Z_cd = omega^2 a_c^T a_d,    a_c = F^-1 g_c.
 
 Source: the integral formulation is that of R. Albanese and G. Rubinacci, Adv. Imaging Electron Phys. 102 (1998) 1; an
 expansion in the eigenvectors of two symmetric matrices, one of them positive, and their reduction: G. H. Golub and
-C. F. Van Loan, Matrix Computations, 4th ed. (2013), 8.3 and 8.7.
+C. F. Van Loan, Matrix Computations, 4th ed. (2013), 8.3 and 8.7; the root: N. J. Higham, Math. Comp. 67 (1998) 1591.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.linalg import eigh, get_lapack_funcs, solve_banded, solve_triangular
+from scipy.linalg import eigh, get_lapack_funcs, lapack, solve_banded, solve_triangular
 
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Sensor
@@ -93,6 +95,29 @@ class AtFrequency:
 
 
 @dataclass(frozen=True)
+class Factored:
+    """One conductor, or a class of it, at one frequency, for any fluxes; of `Reduced` seen through each element."""
+
+    highest: float  # omega [rad/s]
+    packed: Complex  # lower triangle of F, as LAPACK packs it in a full rectangle
+
+    def induced(self, fluxes: Any) -> Complex:
+        """Return F^-1 of fluxes (b, n), shape (b, n)."""
+        columns = np.asarray(fluxes.T, dtype=complex, order="F")
+        return np.asarray(lapack.ztfsm(1.0, self.packed, columns, uplo="L").T)
+
+    def currents(self, induced: Complex, omega: float) -> list[Complex]:
+        """Return (R + j omega L)^-1 of the fluxes (b, n) that induced these, (n, b), as `Reduced`."""
+        columns = np.asarray(induced.T.conj(), order="F")
+        return [np.asarray(lapack.ztfsm(1.0, self.packed, columns, uplo="L", trans="C").conj())]
+
+    def reaction(self, induced: Complex, omega: float, other: Complex | None = None) -> Complex:
+        """Return ``a^T Y b`` (..., n, k), as `Reduced`; ValueError at another frequency."""
+        Y = omega**2 * (induced @ np.swapaxes(induced if other is None else other, -1, -2))
+        return AtFrequency(self.highest, Y).admittance(omega)
+
+
+@dataclass(frozen=True)
 class Reduced:
     """One conductor (or one symmetry class of it), seen through a basis of fields, at any frequency.
 
@@ -120,6 +145,23 @@ class Reduced:
             return np.asarray(lower**2 * (X.real @ b + 1j * (X.imag @ b)))
 
         return reaction_at(resolved, omega, self.highest)
+
+    def induced(self, fluxes: Any) -> Array:
+        """Return what fluxes (b, n) induce, of a conductor seen through each of its n elements."""
+        W, n = self.coupling, len(self.coupling)
+        found = np.asarray(fluxes.real @ W)
+        if W.shape[1] > n:  # of complex currents
+            other = fluxes.imag @ W
+            found += np.hstack([-other[:, n:], other[:, :n]])
+        return found
+
+    def currents(self, induced: Array, omega: float) -> list[Complex]:
+        """Return the currents by what fluxes induce (n, b), of complex ones then those of the conjugate class."""
+        answer, W, n = self.answer(induced, omega), self.coupling, len(self.coupling)
+        if W.shape[1] == n:
+            return [W @ answer.T]
+        (p, q), V = (answer[:, :n] / 2, answer[:, n:] / 2), W[:, :n] + 1j * W[:, n:]
+        return [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
 
     def answer(self, induced: Array, omega: float) -> Complex:
         """Return ``(1 + j omega T)^-1 W^T c`` of what fields induce, (..., n, m)."""
@@ -201,14 +243,38 @@ def solved_currents(L: Any, R: Any, B: Any, omega: float) -> Complex:
     """Return ``(R + j omega L)^-1 B^H``, shape (n, b)."""
     if np.iscomplexobj(R):
         return np.linalg.solve(R + 1j * omega * L, B.conj().T)
-    A = np.empty(R.shape, dtype=complex, order="F")
-    A.real, A.imag = R.T, L.T
-    A.imag *= omega
-    sysv: Any = get_lapack_funcs("sysv", (A,))
-    *_, X, info = sysv(A, B.T, lwork=_BLOCK * len(A), lower=1, overwrite_a=1)
-    if info:
-        raise np.linalg.LinAlgError(f"R + j omega L is singular in row {info}")
-    return np.asarray(X)
+    F = _symmetric_root(L, R, omega)
+    a = solve_triangular(F, B.T, lower=True, check_finite=False)
+    return np.asarray(solve_triangular(F, a, lower=True, trans="T", overwrite_b=True, check_finite=False))
+
+
+def factored(L: Any, R: Any, omega: float) -> Factored:
+    """Return a conductor, whose L and R (n, n) are real, at one frequency [rad/s]."""
+    return Factored(omega, lapack.ztrttf(_symmetric_root(L, R, omega), uplo="L")[0])
+
+
+def _symmetric_root(L: Any, R: Any, omega: float) -> Complex:
+    """Return F of the module docstring, in the lower triangle."""
+    F = np.empty(R.shape, dtype=complex, order="F")
+    F.real, F.imag = R, L
+    F.imag *= omega
+    _take_root(F)
+    return F
+
+
+def _take_root(A: Complex) -> None:
+    """Put the symmetric root of a matrix in place of its lower triangle, by halves."""
+    n, half = len(A), len(A) // 2
+    if n <= _BLOCK:
+        for k in range(n):
+            A[k:, k] /= np.sqrt(A[k, k])
+            A[k + 1 :, k + 1 :] -= np.outer(A[k + 1 :, k], A[k + 1 :, k])
+        return
+    _take_root(A[:half, :half])
+    side = solve_triangular(A[:half, :half], A[half:, :half].T, lower=True, check_finite=False)
+    A[half:, :half] = side.T
+    A[half:, half:] -= side.T @ side
+    _take_root(A[half:, half:])
 
 
 def _done(found: tuple[Any, int]) -> Any:

@@ -19,7 +19,7 @@ from sits_mech.magnetics.permeable.shell_plans import divided_surfaces
 from sits_mech.magnetics.permeable.shells import HalfSurface, ShellClass, shell_classes
 from sits_mech.magnetics.permeable.skin import PlateMetal
 from sits_mech.magnetics.space.divisions import field_box
-from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to
+from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by
 from sits_mech.magnetics.space.fields import (
     HELD,
     Basis,
@@ -124,11 +124,8 @@ class Permeable:
 
     def answered(self, divisions: Sequence[Permeable], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what parts of the plate do to the coils' impedance, and what they answer to others' far fields."""
-        found, n, omega = _answers(self.whole, seen, frequency), len(seen.coils), 2 * np.pi * frequency
-        return [
-            (found[each.part][..., :n], np.swapaxes(found[each.part][..., n:] @ far.fields, 1, 2),
-             answers_to(each, far, omega)[1]) for each in divisions
-        ]
+        found = _answers(self.whole, seen, frequency)
+        return answered_by(divisions, [found[each.part] for each in divisions], far, 2 * np.pi * frequency)
 
 
 def _answers(whole: _Prepared, seen: Posed, frequency: float) -> Complex:

@@ -43,8 +43,8 @@ import numpy as np
 from scipy.constants import mu_0
 from scipy.sparse import csc_matrix, csr_matrix, eye_array, hstack, vstack
 from scipy.sparse.linalg import splu
-from skfem import Basis, BilinearForm, ElementTriP2, ElementTriP3, FacetBasis, LinearForm
-from skfem.helpers import dot, grad
+from skfem import Basis, ElementTriP2, ElementTriP3, FacetBasis, LinearForm
+from skfem.models.poisson import laplace, mass, unit_load
 
 from sits_mech.geometry.plates import PlateSection
 from sits_mech.magnetics.section.coils import CoilBars, coil_potentials
@@ -53,21 +53,6 @@ from sits_mech.quantities import Array, Complex, Integers
 
 _ELEMENTS = {2: ElementTriP2, 3: ElementTriP3}
 _HARMONICS = 0.25  # of the circle's edges
-
-
-@BilinearForm
-def _stiffness(u, v, w):  # type: ignore[no-untyped-def]
-    return dot(grad(u), grad(v))
-
-
-@BilinearForm
-def _mass(u, v, w):  # type: ignore[no-untyped-def]
-    return u * v
-
-
-@LinearForm
-def _integral(v, w):  # type: ignore[no-untyped-def]
-    return v
 
 
 @LinearForm
@@ -96,13 +81,13 @@ def solve_field(
     """Solve for every coil, one ampere each, with elements of order 2 or 3; omega [rad/s], `ground` R_b [m]."""
     basis = Basis(division.mesh, _ELEMENTS[order](), intorder=2 * order)
     parts = [basis.with_elements(np.flatnonzero(division.part == k)) for k in range(len(plates) + 1)]
-    stiffness = [_stiffness.assemble(part).tocsr() for part in parts]
+    stiffness = [laplace.assemble(part).tocsr() for part in parts]
 
-    weights = [_integral.assemble(part) for part in parts[1:]]
+    weights = [unit_load.assemble(part) for part in parts[1:]]
     k2 = np.array([1j * omega * mu_0 * plate.conductivity for plate in plates])
     D = csr_matrix(stiffness[0].shape, dtype=complex)
     for plate, part, K, s in zip(plates, parts[1:], stiffness[1:], k2, strict=True):
-        D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * _mass.assemble(part).tocsr()
+        D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * mass.assemble(part).tocsr()
     K0 = sum(stiffness[1:], stiffness[0])
     g = _source(basis, parts[1:], coils, ground)
     for plate, part, m in zip(plates, parts[1:], weights, strict=True):

@@ -135,7 +135,7 @@ def _images(plan: CellPlan, prisms: Prisms) -> Prisms:
 def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
     """Return L and R of one class; real if its character is."""
     loops = problem.loops
-    pairs, weights, moments = problem.parts
+    pairs, weights, _ = problem.parts
     back = [m.conj() for m in problem.transposed]
     turned: Any = np.zeros((loops.unknowns, loops.unknowns), dtype=weights.dtype)  # L transposed, not yet Hermitian
     if problem.plan.tensor is not None:
@@ -144,13 +144,17 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
         sums = [(1.0, G) for G in mixed(weights, means)]
     for (a, b), (sign, G) in zip(pairs, sums, strict=True):
         turned += problem.transposed[b] @ ((sign * back[a]) @ G).T
-    images = weights.shape[1]
-    weighted = [m.multiply(1.0 / loops.volume) @ own for m, own in zip(back, moments, strict=True)]
-    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
-    R = (sum(weighted) + uneven.conj().T @ uneven).toarray() * (images / conductivity)
     L = turned.T + turned.conj()
-    L *= images * mu_0 / (8 * np.pi)
-    return L, R
+    L *= weights.shape[1] * mu_0 / (8 * np.pi)
+    return L, resistances(problem, conductivity)
+
+
+def resistances(problem: Problem, conductivity: float) -> Complex:
+    """Return R of one class, as `matrices`."""
+    loops, (_, weights, moments) = problem.loops, problem.parts
+    weighted = [(m.T.conj().multiply(1.0 / loops.volume)) @ m for m in moments]
+    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
+    return np.asarray((sum(weighted) + uneven.conj().T @ uneven).toarray() * (weights.shape[1] / conductivity))
 
 
 def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:

@@ -93,17 +93,17 @@ class _Family:
 
 
 def lone_frequency(
-    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Sources | None, Target | None], frequency: float
+    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, object], frequency: float
 ) -> float:
     """Return the angular frequency to prepare a plate for alone, or 0 for all: that of the first one that it is asked.
 
-    `way` are coils that it sees at rest, and what it has become; frequency of the scene [Hz], 0 for another. Where its
-    cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents and
+    `way` is how it sees the coils, and what else it is prepared for; frequency of the scene [Hz], 0 for another. Where
+    its cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents and
     24 n^2 for each of what they see, for which modes pay; a plate at rest takes them, and its currents alone.
     """
     omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
     asked[:] = asked or [omega]
-    pays = way[0] is not None or omega <= _family(target, rung, scale, Seen.POLYNOMIALS).resolved
+    pays = way[0] is Seen.AT_REST or omega <= _family(target, rung, scale, way[0]).resolved
     return omega if pays and asked[0] == omega else 0.0
 
 
@@ -139,20 +139,20 @@ def prepared(
 @latest(64)
 def prepared_near(
     target: Target, rung: PlateRung, scale: _Scale, nearby: float | Sources = 0.0,
-    become: Target | None = None,
+    become: Target | None = None, omega: float = 0.0,
 ) -> tuple[Near, ...]:
     """Return a plate without polynomials along itself, but of what comes from others; otherwise as `prepared`.
 
     `nearby` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
-    away as it is prepared for.
+    away as it is prepared for. It is for one frequency `omega` [rad/s], or for all.
     """
     seen = Seen.AT_REST if isinstance(nearby, Sources) else Seen.IN_POSES
     family = _fitting_family(target, rung, scale, (seen, become))
     _announce(family, scale)
     others = None if nearby == 0.0 else nearby
     return prepare_near(
-        family.divisions, target.metal.conductivity, family.box, family.resolved, family.depth,
-        nearby=field_box(target, others, rung) if isinstance(others, float) else others,
+        family.divisions, (target.metal.conductivity, family.depth), family.box, family.resolved,
+        nearby=field_box(target, others, rung) if isinstance(others, float) else others, omega=omega,
     )
 
 

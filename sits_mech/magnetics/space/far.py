@@ -125,6 +125,13 @@ def answers_to(plate: DividedPlate, far: Far, omega: float) -> tuple[Complex, Co
     return responses(plate, far.fields, omega)
 
 
+def answered_by(divisions: Sequence[Any], found: Sequence[Complex], far: Far, omega: float) -> list[Answered]:
+    """Return what divisions answer whose Y of coils, and of combinations to its right, are found, (p, n, n + r)."""
+    n = found[0].shape[1]
+    return [(Z[..., :n], np.swapaxes(Z[..., n:] @ far.fields, 1, 2), answers_to(plate, far, omega)[1])
+            for plate, Z in zip(divisions, found, strict=True)]
+
+
 def responses(plate: DividedPlate, columns: Array, omega: float) -> tuple[Complex, Complex]:
     """Return what a plate answers to real combinations U of what it sees, Y U and U^T Y U."""
     answer = plate.admittance(omega) @ columns

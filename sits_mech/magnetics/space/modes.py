@@ -43,6 +43,7 @@ from sits_mech.magnetics.space.classes import (
     kernel,
     mixed,
     problems,
+    resistances,
     scaled,
     stacked,
 )
@@ -71,7 +72,7 @@ def prepare_sheets(
     answering: Callable[..., Reduced | AtFrequency] = partial(reduced, highest=highest)
     if omega:
         answering = partial(solved, omega=omega)
-    bases: dict[_Key, Basis] = {}
+    bases = shared_bases(divisions, (conductivity, depth), box)
     found: list[tuple[dict[_Key, Reduced | AtFrequency], int, int]] = []
     for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
@@ -122,6 +123,34 @@ def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping
 
     each = enumerate(arrays["sizes"].tolist())
     return tuple(Sheeted(box, bases, tuple(part(d, k) for k in range(count)), *own) for d, own in each)
+
+
+def shared_bases(
+    divisions: Sequence[tuple[CellPlan, Array]], metal: tuple[float, float], box: Box
+) -> dict[_Key, Basis]:
+    """Return combinations of fields (`combined`) that any of a round plate's levels along it sees; none of others.
+
+    A class has few cells across a sector, in whose means other divisions' are not; and fields of orders that the
+    sectors of one do not tell from lower ones. By the first division's alone, discs beside their coils were 3e-3 off.
+    """
+    each: dict[_Key, list[tuple[Integers, Array]]] = {}
+    scale, plans = decay_scale(box), {id(plan): (plan, levels) for plan, levels in divisions[::-1]}
+    for plan, levels in plans.values() if np.iscomplex(divisions[0][0].characters).any() else ():
+        fields = field_means(plan, stacked(plan, levels), box)
+        for key, problem in problems(plan, levels, metal[1]):
+            rows, B = _fluxes(problem, box, fields, None)
+            R = resistances(problem, metal[0])
+            each.setdefault(key, []).append((rows, _resisted(R, B * scale[rows, None], problem.weight)))
+    found = {}
+    for key, parts in each.items():
+        rows = np.unique(np.concatenate([own for own, _ in parts]))
+        seen = [np.zeros((rows.size, part.shape[1])) for _, part in parts]
+        for whole, (own, part) in zip(seen, parts, strict=True):
+            whole[np.searchsorted(rows, own)] = part
+        strong = _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP) / scale[rows, None]
+        some = strong.any(axis=1)
+        found[key] = Basis(rows[some], strong[some])
+    return found
 
 
 def matrices_of(

@@ -23,9 +23,9 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import AtFrequency, Reduced, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.modes import AtFrequency, Factored, Reduced, factored, reduced, seen_currents, solved_currents
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
-from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart
+from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
@@ -44,20 +44,13 @@ class _Class:
 
     problem: Problem
     unit: Array  # of each unknown: these have like resistance
-    reduced: Reduced  # seen through each unknown
-    seen: Array  # what combinations of other fields and coils at rest induce in it (m, reduced)
+    reduced: Reduced | Factored  # seen through each unknown
+    seen: Any  # what combinations of other fields and coils at rest induce in it (m, reduced)
     columns: Integers  # which of all those are these
 
-    @property
-    def turned(self) -> bool:
-        """Whether its currents are complex."""
-        return self.reduced.diagonal.size > len(self.unit)
-
-    def induced(self, fluxes: Complex) -> Array:
+    def induced(self, fluxes: Complex) -> Any:
         """Return what fluxes (m, unknowns) induce in the reduced currents."""
-        W, m = self.reduced.coupling, len(self.unit)
-        found, other = fluxes.real @ W, fluxes.imag @ W if self.turned else None
-        return found if other is None else found + np.hstack([-other[:, m:], other[:, :m]])
+        return self.reduced.induced(fluxes)
 
     def admittance(self, omega: float) -> Complex:
         """Return Y of what it sees besides coils in poses; omega [rad/s]."""
@@ -67,14 +60,10 @@ class _Class:
         """Return `cell_moments` by the coils at rest, the last of what it sees."""
         return self.cell_moments(self.seen[-coils:], omega)
 
-    def cell_moments(self, induced: Array, omega: float) -> Complex:
+    def cell_moments(self, induced: Any, omega: float) -> Complex:
         """Return the moments in all images of its cells of what is induced (m, reduced), (m, q, 3)."""
         omega = min(omega, self.reduced.highest)
-        answer, W, m = self.reduced.answer(induced, omega), self.reduced.coupling, len(self.unit)
-        ways = [W @ answer.T]
-        if self.turned:
-            (p, q), V = (answer[:, :m] / 2, answer[:, m:] / 2), W[:, :m] + 1j * W[:, m:]
-            ways = [V @ (p - 1j * q).T, V.conj() @ (p + 1j * q).T]
+        ways = self.reduced.currents(induced, omega)
         return -1j * omega * image_moments(self.problem, [self.unit[:, None] * each for each in ways])
 
 
@@ -117,9 +106,11 @@ class Near:
         return sum(part.problem.loops.unknowns * int(part.problem.weight) for part in self.classes)
 
     @cached_property
-    def whole(self) -> Reduced:
-        """All classes' reduced currents, one class after the other."""
+    def whole(self) -> Reduced | Factored:
+        """All classes' reduced currents, one class after the other; factors react alike, whatever they are."""
         parts = [part.reduced for part in self.classes]
+        if isinstance(parts[0], Factored):
+            return parts[0]
         off = np.concatenate([np.append(part.off_diagonal, 0.0) for part in parts])[:-1]
         return Reduced(np.concatenate([part.diagonal for part in parts]), off, np.empty((0, 0)), parts[0].highest)
 
@@ -141,10 +132,8 @@ class Near:
 
     def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
         """Return what a plate does to the coils' impedance, and what it answers to others; as `Sheeted.answered`."""
-        n, omega = len(seen.coils), 2 * np.pi * frequency
-        found, _ = _reactions(divisions, seen, omega)
-        return [(Z[..., :n], np.swapaxes(Z[..., n:] @ far.fields, 1, 2), answers_to(plate, far, omega)[1])
-                for plate, Z in zip(divisions, found, strict=True)]
+        omega = 2 * np.pi * frequency
+        return answered_by(divisions, _reactions(divisions, seen, omega)[0], far, omega)
 
     def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
         """Return B of the plate's currents at points; as `Sheeted.field`, of each cell's current in its middle."""
@@ -162,22 +151,23 @@ class Near:
 
 
 def prepare_near(
-    divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
-    depth: float = 0.0, nearby: Box | Sources | None = None,
+    divisions: Sequence[tuple[CellPlan, Array]], metal: tuple[float, float], box: Box, highest: float = math.inf,
+    nearby: Box | Sources | None = None, omega: float = 0.0,
 ) -> tuple[Near, ...]:
-    """Return a plate's divisions; `divisions` to `depth` as of `prepare_sheets`, `box` of the coils' fields.
+    """Return a plate's divisions; `divisions` to `highest` as of `prepare_sheets`, `box` of the coils' fields.
 
-    `nearby` is the box of other plates' fields, if there are any; or the coils that a plate at rest sees, others'
-    fields on `box`.
+    `metal` is its conductivity, and the depth of `prepare_sheets`; `nearby` the box of other plates' fields, if there
+    are any, or the coils that a plate at rest sees, others' fields on `box`. It is for one frequency `omega` [rad/s],
+    or for all; where classes are complex, for all in poses.
     """
     others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
     found: list[dict[_Key, Any]] = []
     bases: dict[_Key, Basis] = {}
-    metal, alike = (conductivity, depth), first_alike(divisions)
+    alike = first_alike(divisions)
     _check_at_rest(sources, divisions)
     for division, first in zip(divisions, alike, strict=True):
         each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
-        new = {key: _reduced(problem, own, B, highest, sources) for key, problem, own, B in each}
+        new = {key: _reduced(problem, own, B, highest, (sources, omega)) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
     number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
@@ -197,23 +187,32 @@ def _numbered(
 
 
 def _reduced(
-    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, seen: Sources | None
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float,
+    seen: tuple[Sources | None, float]
 ) -> _Class | _RestingClass:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; `seen` are at rest."""
-    if seen is not None and seen.omega:
-        return _at_rest(problem, matrices, B, seen, highest)
-    L, R, unit = matrices
-    whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
-    part = _Class(problem, unit, whole, np.zeros((0, whole.diagonal.size)), np.zeros(0, dtype=int))
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses.
+
+    `seen` are coils at rest, and the angular frequency [rad/s] at which alone it is asked for, or 0.
+    """
+    (sources, omega), (L, R, unit) = seen, matrices
+    if sources is not None and omega:
+        return _at_rest(problem, matrices, B, (sources, omega), highest)
+    whole: Reduced | Factored
+    if omega and not np.iscomplex(problem.plan.characters).any():
+        whole = factored(L, R, omega)
+    else:
+        whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
+    part = _Class(problem, unit, whole, np.zeros((0, len(unit))), np.zeros(0, dtype=int))
     return replace(part, seen=part.induced(B))
 
 
 def _at_rest(
-    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, seen: Sources, highest: float
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, seen: tuple[Sources, float], highest: float
 ) -> _RestingClass:
-    """Return a class of a plate at rest, as `_reduced`, at the one frequency of its coils."""
-    (L, R, unit), lowest, coils = matrices, min(seen.omega, highest), B[-len(seen.coils) :]
-    resolved, w = seen.omega <= highest, problem.weight
+    """Return a class of a plate at rest, as `_reduced`, at one frequency."""
+    sources, omega = seen
+    (L, R, unit), lowest, coils = matrices, min(omega, highest), B[-len(sources.coils) :]
+    resolved, w = omega <= highest, problem.weight
     X = solved_currents(L, R, B if resolved else coils, lowest)
     answer = seen_currents(X, B, lowest, w) if resolved else reduced(L, R, B, weight=w, highest=highest)
     ways, scale = [X[:, -len(coils) :]], -1j * lowest * unit[:, None]

@@ -15,7 +15,15 @@ from sits_mech.magnetics.answer import clearance_of
 from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.permeable.plates import prepared_permeable
-from sits_mech.magnetics.space.divisions import field_length, is_near, lone_frequency, prepared, prepared_near, unseen
+from sits_mech.magnetics.space.divisions import (
+    Seen,
+    field_length,
+    is_near,
+    lone_frequency,
+    prepared,
+    prepared_near,
+    unseen,
+)
 from sits_mech.magnetics.space.rungs import DIVISIONS, PlateRung
 from sits_mech.magnetics.space.sources import Sources, farthest_winding
 from sits_mech.notes import Note, NoteKind
@@ -131,23 +139,25 @@ def divided_plate(
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
     lone = frequency[0] * (frequency[0] == sensor.frequency)  # else one of many
-    divisions = _answering(*asked, part, None if near and not sources else lone, clear[1])
+    divisions = _answering(asked, part, lone, (near, clear[1]))
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
     return Divided(divisions, thickness, lost, close, _notes(thickness, divisions[-1].sheets, lost))
 
 
-def _answering(
-    plate: Target, rung: PlateRung, scale: Any, part: PlateRequest, frequency: float | None, others: float
-) -> tuple[Any, ...]:
-    """Return a metal plate's divisions, for a frequency alone where that pays [Hz], 0 for all; None close to coils."""
-    if frequency is None:
-        return prepared_near(plate, rung, scale, others, part.become)
-    alone = lone_frequency(plate, rung, scale, (part.sources, part.become), frequency)
-    if part.sources is None:
+def _answering(asked: Any, part: PlateRequest, frequency: float, way: tuple[bool, float]) -> tuple[Any, ...]:
+    """Return a metal plate's divisions, for a frequency alone where that pays [Hz], 0 for all.
+
+    `way` is whether it sees the coils cell by cell, and how far others are away [m].
+    """
+    plate, rung, scale = asked
+    kind = Seen.AT_REST if part.sources else Seen.IN_POSES if way[0] else Seen.POLYNOMIALS
+    nearby = part.sources or way[1]
+    alone = lone_frequency(plate, rung, scale, (kind, (nearby, part.become)), frequency)
+    if not way[0]:
         return prepared(plate, rung, scale, part.become, alone)
-    return prepared_near(plate, rung, scale, replace(part.sources, omega=alone), part.become)
+    return prepared_near(plate, rung, scale, nearby, part.become, alone)
 
 
 def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:

@@ -46,7 +46,6 @@ class Sources:
     place: tuple[float, float, float]  # of the plate's middle [m]
     distance: float  # from the windings to the plate [m]
     axes: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # its rotation, by rows
-    omega: float = 0.0  # at which alone they are asked for, or 0 [rad/s]
 
     def means(self, plan: CellPlan, prisms: Prisms) -> Array:
         """Return the mean of each coil's A over the images of n prisms, shape (g, 2, n, 3, coils) [V s / (A m)].

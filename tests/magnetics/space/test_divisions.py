@@ -131,7 +131,7 @@ def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions() -> None:
     found = family(sensor.target, 1e-2, Seen.IN_POSES)
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
     def asked() -> None:
-        plates = prepare_near(found.divisions, 5.8e7, found.box, found.resolved, found.depth)
+        plates = prepare_near(found.divisions, (5.8e7, found.depth), found.box, found.resolved)
         plates[0].reactions(plates, seen, 1e7)
 
     assert 1 / 1.5 < found.needed / peak(asked) < 1.5

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sits_mech.geometry.sheet_plan import Grading, disc_plan
+from sits_mech.magnetics.space import modes
 from sits_mech.magnetics.space.divisions import prepared
+from sits_mech.magnetics.space.fields import Box
+from sits_mech.magnetics.space.near import prepare_near
 from sits_mech.magnetics.space.rungs import LADDER, ImpedanceLimit, PlateRung
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.scene.sensor import load_sensor
@@ -34,6 +38,22 @@ def test_a_division_answers_alike_on_fields_of_its_own_and_of_a_finer_one() -> N
     assert shared.unknowns == own.unknowns
     np.testing.assert_allclose(one.imag, two.imag, rtol=0.0, atol=3e-5 * np.abs(two.imag).max())
     np.testing.assert_allclose(one.real, two.real, rtol=0.0, atol=1e-3 * np.abs(two.real).max())
+
+
+def test_each_division_of_a_disc_sees_coils_beside_it_by_polynomials_as_by_its_cells(
+    monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With gradients, of which cells see a little; by the first division's fields alone the others were 2e-3 off."""
+    monkeypatch.setattr(modes, "without_gradients", lambda box, rows, seen: seen)
+    levels, grading = np.array([0.0, 0.1e-3]), Grading(0.3e-3, 1.5, 0.5e-3)
+    divisions = [(disc_plan(8e-3, grading.coarser(5.5, m), orders=12), levels) for m in (4, 3, 2)]
+    box = Box(np.array([4e-3, 4e-3, 1e-4]), (22, 22, 4), (1.45, 1.45, 40.0), 1.5e-3)
+    coils = load_sensor("biorob2018").coils
+    seen = Posed(coils, "rings", np.eye(3)[None], np.array([[5e-4, 3e-4, 1.5e-3]]))
+    few = modes.prepare_sheets(divisions, 5.8e7, box)
+    cells = prepare_near(divisions, (5.8e7, 0.0), box)
+    for own, whole in zip(few[0].reactions(few, seen, 1e6)[0], cells[0].reactions(cells, seen, 1e6)[0], strict=True):
+        np.testing.assert_allclose(own, whole, rtol=0.0, atol=2e-4 * np.abs(whole).max())
 
 
 @pytest.mark.slow

@@ -10,14 +10,19 @@ import pytest
 from common.infinite_plate import Layer, coil_change
 
 from sits_mech.geometry.windings import coil_sections
+from sits_mech.magnetics.modes import Factored
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space import plates as preparing
 from sits_mech.magnetics.space.coupling import Sheeted
+from sits_mech.magnetics.space.far import FieldRequest, seen_from
 from sits_mech.magnetics.space.near import Near
+from sits_mech.magnetics.space.rungs import LADDER
+from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import array_bytes
 from sits_mech.quantities import Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Sensor, load_sensor
 
@@ -142,11 +147,32 @@ def test_plates_and_what_they_answer_are_gone_with_their_preparation(monkeypatch
 
 
 def test_no_frequency_takes_more_memory_than_another(monkeypatch: pytest.MonkeyPatch, sensor: Sensor) -> None:
-    """A plate close to its coils is reduced once: n currents of a class and n of what they see, for all frequencies."""
+    """A plate close to its coils keeps n currents of a class and n of what they see, or half a factor of both parts."""
     plates, make, sizes = list[Near](), preparing.prepared_near, []
     monkeypatch.setattr(preparing, "prepared_near", lambda *given: plates.extend(found := make(*given)) or found)
     for frequency in (5.0e6, 4.9e6, 1e5):
         sheets(sensor, 1e-1).impedance(Pose(0.0, 5e-4), frequency)
-        sizes.append(array_bytes(plates[0]))
-    assert len(set(sizes)) == 1
+        sizes.append(array_bytes(plates[-5]))
+    assert len({id(plate.classes) for plate in plates}) == 2 * len({id(plate.classes) for plate in plates[:5]})
+    assert sizes[1] == sizes[2] == pytest.approx(sizes[0], rel=2e-2)  # n + 1 for n
     assert sizes[0] > sum(len(part.unit) ** 2 * 8 for part in plates[0].classes)
+
+
+@pytest.mark.parametrize("asked", [5e6, 3e5])
+def test_a_plate_close_to_coils_answers_one_frequency_as_all(sensor: Sensor, asked: float) -> None:
+    """By factors as by modes, below the highest frequency that cells resolve; its field too, and what others see."""
+    rung, scale = LADDER[0][1], (0.3 * MM, 5e6, (5 * MM, 5 * MM), 1.5 * MM)
+    omega, poses = 2 * np.pi * asked, Pose(np.array([0.1, -0.2]) * MM, np.array([0.4, 0.5]) * MM, np.array([0.0, 0.02]))
+    seen = Posed(sensor.coils, "rings", rotation_matrix(poses.rotation), poses.centre)
+    point = FieldRequest(np.array([[1 * MM, 0.0, -0.2 * MM]]), lambda B: B[None])
+    found = []
+    for alone in (0.0, omega):
+        plates = divisions.prepared_near(sensor.target, rung, scale, 1 * MM, None, alone)  # type: ignore[arg-type]
+        values, field = plates[0].reactions(plates, seen, asked, None, point)
+        far = seen_from(plates[0], 1 * MM, omega, 1e-3)
+        found.append([np.stack(values), field, *plates[0].answered(plates, seen, asked, far)[0][:1]])
+    assert isinstance(plates[0].classes[0].reduced, Factored)
+    for whole, own in zip(*found, strict=True):
+        np.testing.assert_allclose(own, whole, rtol=0, atol=1e-10 * np.abs(whole).max())
+    with pytest.raises(ValueError, match=r"omega: must be .* rad/s, for which the plate is solved; got"):
+        plates[0].reactions(plates, seen, 1.1 * asked)

@@ -91,7 +91,7 @@ def test_a_plate_at_rest_answers_as_one_that_could_move():
     """Polynomials carry the coils' field to 1e-5; what gradients in it drive in the cells, 2e-3, one of them keeps."""
     box = Box(np.array([4.004, 3.003, 0.08]) * MM, (22, 18, 4), (1.5, 1.6, 20.0), 2 * MM)
     far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
-    (plate,) = prepare_near([(PLAN, LEVELS)], COPPER, box, 5e7 * np.pi, nearby=far)
+    (plate,) = prepare_near([(PLAN, LEVELS)], (COPPER, 0.0), box, 5e7 * np.pi, nearby=far)
     (moving,) = prepare_sheets([(PLAN, LEVELS)], COPPER, box, 5e7 * np.pi)
     place = np.array([[*far.place[:2], 2 * MM]])
     (exact,), _ = moving.reactions([moving], Posed(COILS, "rings", np.eye(3)[None], place), 1e6)
@@ -108,7 +108,7 @@ def test_a_plate_at_rest_answers_one_frequency_as_all(plan, omega):
     far = Sources(COILS, "rings", (1 * MM, 0.5 * MM, 2.08 * MM), 2 * MM)
     posed = Posed(COILS, "rings", np.eye(3)[None], place * MM)
     both, alone = (
-        prepare_near([(plan, LEVELS)], COPPER, box, 1e7 * np.pi, nearby=replace(far, omega=at))[0]
+        prepare_near([(plan, LEVELS)], (COPPER, 0.0), box, 1e7 * np.pi, nearby=far, omega=at)[0]
         for at in (0.0, omega)
     )
     whole, own = ((Y @ np.eye(Y.size)) for Y in (plate.admittance(omega) for plate in (both, alone)))
