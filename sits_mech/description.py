@@ -179,7 +179,7 @@ def sized(left_out: Iterable[Omission]) -> float:
 
 def added(report: Any, left_out: tuple[Omission, ...], size: float | None = None) -> Any:
     """Return a report that lists omissions, and whose error holds `size` of them, or those that its own does not."""
-    size = sized(item for item in left_out if not item.held) if size is None else size
+    size = sized(item for item in left_out if not item.included) if size is None else size
     return replace(
         report, estimated_error=report.estimated_error + size, left_out=(*report.left_out, *left_out)
     )

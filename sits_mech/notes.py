@@ -158,7 +158,7 @@ class Omission:
     relative_to: Relative = Relative.CHANGE
     bound: bool = False  # an upper bound; else an estimate
     counts: bool = True  # an error of the question; False for what another request would ask
-    held: bool = False  # by the model's own error; else the chain adds it
+    included: bool = False  # in the model's own error; else the chain adds it
     parts: tuple[float, ...] = ()  # of a displacement: by component of the pose where they differ; `size` the largest
     numbers: tuple[tuple[str, Number], ...] = ()
 
@@ -196,7 +196,8 @@ def unpacked(text: str) -> tuple[Note, ...]:
 
 def packed_omissions(left_out: Iterable[Omission]) -> str:
     """Return omissions as one text for a file, from which `unpacked_omissions` reads them."""
-    return json.dumps([asdict(item) | {"numbers": item.known} for item in left_out])
+    rows = [asdict(item) for item in left_out]
+    return json.dumps([{"held": row.pop("included"), **row, "numbers": dict(row["numbers"])} for row in rows])
 
 
 def unpacked_omissions(text: str) -> tuple[Omission, ...]:
@@ -207,4 +208,5 @@ def unpacked_omissions(text: str) -> tuple[Omission, ...]:
 def _omission(row: Mapping[str, Any]) -> Omission:
     """Return an omission from its entries."""
     kinds = {"kind": OmissionKind(row["kind"]), "relative_to": Relative(row["relative_to"])}
-    return Omission(**{**row, **kinds, "numbers": tuple(row["numbers"].items()), "parts": tuple(row["parts"])})
+    row = {**row, **kinds, "numbers": tuple(row["numbers"].items()), "parts": tuple(row["parts"])}
+    return Omission(included=row.pop("held"), **row)

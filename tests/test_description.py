@@ -72,7 +72,7 @@ def test_a_model_is_made_when_it_is_called() -> None:
 
 
 ITEMS = (
-    Omission(OmissionKind.PAD_ENDS, 0.1), Omission(OmissionKind.PITCH, 0.2, held=True), Omission(OmissionKind.AIR),
+    Omission(OmissionKind.PAD_ENDS, 0.1), Omission(OmissionKind.PITCH, 0.2, included=True), Omission(OmissionKind.AIR),
     Omission(OmissionKind.IDLE, 0.4, counts=False), Omission(OmissionKind.HISTORY, math.nan, counts=False),
 )
 UNKNOWN = Omission(OmissionKind.NOT_CUT, math.nan)

@@ -185,7 +185,7 @@ def _read(
     status = [status_of(sensor, one) for one in settled]
     good = [word == OK for word, _ in status]
     at_rest = [one.rest for one in settled if one.rest]
-    known = iter(with_omissions(sensor, at_rest, request["mechanics"], held=direct is not None))
+    known = iter(with_omissions(sensor, at_rest, request["mechanics"], adapted=direct is not None))
     settled = [replace(one, rest=next(known)) if one.rest else one for one in settled]
     rests = [one.rest for one in settled]
     read = [rest for rest, fine in zip(rests, good, strict=True) if rest and fine]

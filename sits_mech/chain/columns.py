@@ -54,9 +54,9 @@ def of_readings(sensor: Sensor, reading: PoseReadings, poses: Bounded) -> Column
     }
     found |= {name: ((), value) for name, value in reading.signals.known.items()}
     found |= {_UNTILTED[key]: ((), value) for key, value in reading.untilted.known.items() if key in _UNTILTED}
-    own, level = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
+    own, untilted = (signal_changes(change, L0, weights) for change in (reading.shared, reading.shared_untilted))
     shared = {name: values.T for name, values in own.items()}
-    shared |= {name: level[key].T for key, name in _UNTILTED.items() if key in level}
+    shared |= {name: untilted[key].T for key, name in _UNTILTED.items() if key in untilted}
     parts = np.pad(poses.shared, ((0, len(reading.shared) - len(poses.shared)), (0, 0), (0, 0)))  # magnetics: none
     shared |= {name: parts[..., k].T for k, name in enumerate(POSE)}
     found |= {f"shared_{name}": (("part",), values) for name, values in shared.items()}

@@ -106,24 +106,24 @@ def poses_of(rests: Sequence[Equilibrium]) -> Bounded:
 
 
 def read_poses(
-    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Direct | None = None, untilted: bool = True
+    sensor: Sensor, model: MagneticModel, poses: Bounded, *, direct: Direct | None = None, separate: bool = True
 ) -> PoseReadings:
     """Return impedance and signals at p poses, (p, 6), in one call of the model, with the errors of poses in theirs.
 
     `direct` is in place of what the model's errors share, its parts those of the first shared ones of the poses: known
-    as a whole, as what poses and leads do may cancel to less than slopes are known to. Where `untilted` is not asked
-    for it is what is read, without another call.
+    as a whole, as what poses and leads do may cancel to less than slopes are known to. Without `separate` the
+    untilted signals are those that are read, without another call.
     """
     unsure, weights, pose = _uncertain(poses), signal_weights(sensor), Pose.of(poses.value)
     names = [POSE[k] for k in unsure.components]
     found, *by_pose = pose_slopes(sensor, model, pose, sensor.frequency, names, quick=True)
-    report, flat = found.report, _untilted(model, found, pose) if untilted else found
+    report, untilted = found.report, _untilted(model, found, pose) if separate else found
     if direct is not None:
         matrices = direct.moved[:, None, :] * np.eye(direct.moved.shape[-1])
-        found, flat = (replace(own, L=own.L + matrices) for own in (_own_alone(found), _own_alone(flat)))
+        found, untilted = (replace(own, L=own.L + matrices) for own in map(_own_alone, (found, untilted)))
     _LOG.info("%s: inductances at %d poses, %d unknowns, error %.2g", report.model, len(poses.value), report.unknowns,
               report.estimated_error)
-    L, L0, last = own_inductances(found), np.diagonal(found.L0), own_inductances(flat)
+    L, L0, L_untilted = own_inductances(found), np.diagonal(found.L0), own_inductances(untilted)
     shown = L.mapped(rows_of(weights))
     whole_L, whole_R = (unsure.parts(slope) for slope in by_pose)
     parts, n = diagonals(whole_L), len(L0)
@@ -134,11 +134,11 @@ def read_poses(
     error_L = found.error_L + unsure.total(whole_L, own[..., None] * np.eye(n))
     error_R = found.error_R + unsure.total(whole_R)
     impedance = replace(found, error_L=error_L, error_R=error_R, shared_L=None)
-    level = np.where(turns[:, None, None], 0.0, parts)
+    parts_untilted = np.where(turns[:, None, None], 0.0, parts)
     return PoseReadings(
         impedance, signals(L.value, L0, weights, shown.error + unsure.total(each, combine(own, weights))),
-        signals(last.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
-        np.concatenate([unsure.shared(level, own), last.shared]),
+        signals(L_untilted.value, L0, weights), np.concatenate([unsure.shared(parts, own), L.shared]),
+        np.concatenate([unsure.shared(parts_untilted, own), L_untilted.shared]),
         unsure.alone(parts), shown.own + np.abs(unsure.alone(each)[turns]).sum(axis=0),
         KnownImpedance(impedance, {name: (by_pose[0][..., k], by_pose[1][..., k]) for k, name in enumerate(names)}),
     )

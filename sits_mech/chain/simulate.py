@@ -139,7 +139,7 @@ def simulation_at(sensor: Sensor, field: MagneticModel, equilibrium: Equilibrium
     """Return the simulation of an equilibrium: impedance and signals at its pose."""
     check_clearance(sensor, equilibrium.pose)
     try:
-        reading = read_poses(sensor, field, poses_of([equilibrium]), untilted=False)
+        reading = read_poses(sensor, field, poses_of([equilibrium]), separate=False)
     except SolveFailed as error:  # the target rests, the coils are not solved
         raise SolveFailed(str(error), error.report, equilibrium, "magnetics") from error
     found = reading.impedance

@@ -16,7 +16,7 @@ from sits_mech.version import __version__
 
 _HELP = "--help", "-h"
 _SHOWN = "COLUMNS", "NO_COLOR", "FORCE_COLOR", "TERM", "COLORTERM"  # what a terminal's text depends on
-_ROOM = "sits_mech.cli"
+_COMMANDS = "sits_mech.cli"
 
 
 def asks_help(words: Sequence[str]) -> bool:
@@ -58,8 +58,8 @@ def keep_help(words: Sequence[str], text: str) -> None:
 
 def _has_commands(name: str, module: object) -> bool:
     """Whether a module is of our command line, or holds the app: it has commands of its own."""
-    app = getattr(sys.modules.get(f"{_ROOM}.options"), "app", None)
-    return name.startswith(_ROOM) or (app is not None and vars(module).get("app") is app)
+    app = getattr(sys.modules.get(f"{_COMMANDS}.options"), "app", None)
+    return name.startswith(_COMMANDS) or (app is not None and vars(module).get("app") is app)
 
 
 def _name(words: Sequence[str]) -> str:

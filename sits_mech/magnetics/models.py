@@ -131,7 +131,7 @@ def _tracks(sensor: Sensor) -> tuple[Omission, ...]:
     free, f = 2.0 * np.pi * sensor.frequency * np.diag(free_inductances(sensor.coils)), sensor.frequency
     share = [abs(rough_alone(coil, f)) / X for coil, X in zip(unnamed(sensor.coils), free.tolist(), strict=True)]
     return (
-        Omission(OmissionKind.TRACKS, 2.0 * max(share), Relative.IMPEDANCE, held=True, numbers=(("frequency", f),)),
+        Omission(OmissionKind.TRACKS, 2.0 * max(share), Relative.IMPEDANCE, included=True, numbers=(("frequency", f),)),
     )
 
 

@@ -240,7 +240,7 @@ def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | N
     found = list[Omission]()
     if small:
         bound = strain_bound(sensor, question.loads) if question.loads else math.inf  # of loads that are not known
-        found.append(Omission(OmissionKind.FINITE_STRAIN, bound, Relative.DISPLACEMENT, bound=True, held=True))
+        found.append(Omission(OmissionKind.FINITE_STRAIN, bound, Relative.DISPLACEMENT, bound=True, included=True))
     if _is_flat(sensor) if flat is None else flat:
         found.append(_ends(sensor, question))
     return (*found, *_of_loads(sensor, question))

@@ -69,6 +69,8 @@ def draw(every: Sequence[Judged], names: Sequence[str], path: Path) -> None:
 
     A point whose reference is not five times better is left out; of none there is no picture.
     """
+    from matplotlib.ticker import LogLocator
+
     drawn = [one for one in every if one.reference.name in names and FINER * one.reference.error <= one.true]
     if not drawn:
         return
@@ -82,12 +84,15 @@ def draw(every: Sequence[Judged], names: Sequence[str], path: Path) -> None:
                 spot.plot(one.seconds, one.true, colour + mark, ms=4, label=words)
                 spot.plot(one.seconds, one.estimated, colour + mark, ms=4, mfc="none")
                 spot.plot([one.seconds] * 2, [one.true, one.estimated], colour, lw=0.4)
-        for tolerance, mark in marks.items():
+        for tolerance in dict.fromkeys(one.tolerance for one in drawn):
             spot.axhline(tolerance, color="0.7", lw=0.5, ls="--", zorder=0)
-            spot.plot([], [], f"k{mark}", ms=4, label=f"asked {tolerance:g}")
+            spot.plot([], [], "k" + marks.get(tolerance, "d"), ms=4, label=f"asked to {100.0 * tolerance:g} %")
         spot.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel="relative error [-]")
+        spot.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        spot.xaxis.set_major_formatter("{x:g}")
         spot.xaxis.set_minor_formatter("")
-        spot.set_title("3D pads, one load from rest; full: true error, hollow: estimated", fontsize=7)
+        few = f"{len(names)} of {len({one.reference.name for one in every})} cases, a load from rest"
+        spot.set_title(f"{few}; full: true error, hollow: estimated, dashed: asked", fontsize=7)
         spot.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=6, handlelength=1.0)
         save_figure(figure, path)
 

@@ -107,7 +107,7 @@ def ladder_figure(panels: Mapping[str, Sequence[Rung]]) -> Figure:
     """Draw error against seconds, a panel a question.
 
     A mark is the true error, absent where its reference is worse than that; thin bars are the reference's own error, a
-    wide one goes up to the estimate.
+    wide one goes to the estimate.
 
     Parameters
     ----------
@@ -117,13 +117,16 @@ def ladder_figure(panels: Mapping[str, Sequence[Rung]]) -> Figure:
     with new_figure(height=0.36 * len(panels) + 0.1, rows=len(panels), width=2.0 * COLUMN) as (figure, axes):
         for spot, (title, rungs) in zip(axes, panels.items(), strict=True):
             _draw(spot, title, rungs)
-        hint = "marks: true error; thin bars: of the reference; wide bars: up to the estimated error"
+        hint = "marks: true error; thin bars: of the reference"
+        hint += "\nwide bars: to the estimated error, none where both are alike"
         axes[-1].set_xlabel(f"processor time [s]\n{hint}")
     return figure
 
 
 def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
     """Draw one question; up to two curves are named at their ends, more of them beside the axes."""
+    from matplotlib.ticker import LogLocator
+
     curves, lowest = curves_of(rungs), list[float]()
     for number, (model, row) in enumerate(curves.items()):
         colour, mark = f"C{number % 7}", MARKS[number % len(MARKS)]
@@ -141,13 +144,31 @@ def _draw(axes: Axes, title: str, rungs: Sequence[Rung]) -> None:
             axes.annotate(model, place, (-8, -6), textcoords="offset points", **style)
     axes.set(xscale="log", yscale="log", ylabel="relative error [-]")
     axes.set_ylim(0.3 * min(lowest, default=1.0), None)
-    took = {one.model: one.seconds for one in rungs if one.tolerance == _TITLE and one.estimated < math.inf}
-    ends = dict.fromkeys(f"{end:.2g}" for end in (min(took.values()), max(took.values()))) if took else {}
-    words = ", ".join(f"{name} {seconds:.2g} s" for name, seconds in took.items()) if len(curves) < 3 else ""
-    asked = f", asked to {100.0 * _TITLE:g} %: {words or ' to '.join(ends) + ' s'}" if took else ""
-    axes.set_title(f"{title}{asked}", fontsize=9)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
+    axes.set_title(f"{title}{took_words(curves)}", fontsize=9)
     if len(curves) > 2:
         name_curves(axes)
+
+
+def took_words(curves: Mapping[str, Sequence[Rung]]) -> str:
+    """Say what answers within the tolerance of a title took, by curve where there are two; "" where it was not asked.
+
+    As in `verdict` an answer counts whose own estimate is within the tolerance that it was asked.
+    """
+    asked = {name: one for name, row in curves.items() for one in row if one.tolerance == _TITLE}
+    took = {name: f"{one.seconds:.2g} s" for name, one in asked.items() if one.estimated <= _TITLE}
+    if not asked:
+        return ""
+    if len(curves) < 3:
+        missed = {name: f"not reached ({100.0 * one.estimated:.2g} %)" for name, one in asked.items()}
+        words = ", ".join(f"{name} {seconds}" for name, seconds in (missed | took).items())
+        return f", asked to {100.0 * _TITLE:g} %: {words}"
+    seconds = sorted(asked[name].seconds for name in took)
+    span = " to ".join(dict.fromkeys(f"{end:.2g}" for end in (seconds[0], seconds[-1]))) + " s" if took else "none"
+    few = f" ({len(took)} of {len(asked)} reach it)" if len(took) < len(asked) else ""
+    return f", asked to {100.0 * _TITLE:g} %: {span}{few}"
 
 
 def name_curves(axes: Axes) -> None:

@@ -81,6 +81,9 @@ def draw(found: dict[str, np.ndarray], path: Path) -> None:
         above.plot(found["time"], forces, color=f"C{k}", lw=4, alpha=0.5)
         above.plot(found["time"], estimate, "--", color="black", lw=1)
         _name(above, found["time"], forces, name, f"C{k}")
+    start = int(np.argmax(found["forces"][:, 1] > 0.0))
+    place = found["time"][start], found["forces"][start, 1]
+    above.annotate("touches down", place, (4, 14), textcoords="offset points", fontsize=8)
     for k, codes in enumerate(found["codes"].T):
         change = (codes - codes[0]) / 1e3
         below.plot(found["time"], change, color=f"C{k + 2}")

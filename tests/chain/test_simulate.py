@@ -390,7 +390,7 @@ def test_what_the_mechanics_leave_out_is_a_shared_part_of_the_poses_error(
 
 @pytest.mark.parametrize(("item", "listed", "flags"), [
     (replace(HALF, size=np.nan), True, ("not bounded",)), (replace(HALF, counts=False), False, ("ok",)),
-    (replace(HALF, held=True), True, ("ok",)), (replace(HALF, size=0.0), False, ("ok",)),
+    (replace(HALF, included=True), True, ("ok",)), (replace(HALF, size=0.0), False, ("ok",)),
     (HALF, True, ("above tolerance",)),
 ])
 def test_what_has_no_size_or_does_not_count_is_in_no_error(

@@ -115,7 +115,7 @@ def test_plane_strain_of_the_published_pad_is_four_times_too_stiff() -> None:
     close = _factors_closely(sensor)
     assert max(close) == close[1] == pytest.approx(3.41, abs=0.02)
     assert sizes[0] == sizes[1] and 1.04 * close[1] < sizes[0].parts[1] == sizes[0].size < 1.8 * close[1]
-    assert all(item.counts and not item.held for item in sizes)
+    assert all(item.counts and not item.included for item in sizes)
 
 
 def test_a_pad_has_factors_where_a_plane_layer_stands_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +158,7 @@ def test_small_strain_is_held_by_the_models_own_error() -> None:
     for name in ("linear", "closed-form"):
         (item,) = (each for each in left_out(load_sensor("biorob2018"), [PRESSED], name)
                    if each.kind == OmissionKind.FINITE_STRAIN)
-        assert item.held and item.bound and item.size == strain_bound(load_sensor("biorob2018"), [PRESSED]) > 0.1
+        assert item.included and item.bound and item.size == strain_bound(load_sensor("biorob2018"), [PRESSED]) > 0.1
     assert OmissionKind.FINITE_STRAIN not in kinds(left_out(load_sensor("biorob2018"), [PRESSED], "block"))
 
 

@@ -16,7 +16,7 @@ SAID = [
     ),
     (Omission(K.POSE_GIVEN, relative_to=Relative.DISPLACEMENT), "pose given: the pose is given"),
     (
-        Omission(K.FINITE_STRAIN, 0.0123, Relative.DISPLACEMENT, bound=True, held=True),
+        Omission(K.FINITE_STRAIN, 0.0123, Relative.DISPLACEMENT, bound=True, included=True),
         "finite strain: strains are so small, or so even, that one constant compliance is enough (at most 0.012 of the "
         "displacement)",
     ),

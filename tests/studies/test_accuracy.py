@@ -63,6 +63,16 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
     assert "cores" in machine() and "BLAS thread" in machine()
 
 
+@pytest.mark.parametrize(("estimates", "words"), [
+    ((5e-3,), "curve 0 1 s"), ((2e-2,), "curve 0 not reached (2 %)"), ((5e-3, 2e-2), "curve 1 not reached (2 %)"),
+    ((5e-3, 2e-2, 9e-3), "1 to 3 s (2 of 3 reach it)"), ((2e-2, 2e-2, math.inf), "none (0 of 3 reach it)"),
+])
+def test_a_title_counts_the_seconds_of_answers_within_their_tolerance(estimates: tuple[float, ...], words: str) -> None:
+    """As the sentence of a study does: an estimate above what was asked is no answer to it."""
+    rungs = [Rung(f"curve {k}", 1e-2, 1.0 + k, 1e-3, own) for k, own in enumerate(estimates)]
+    assert ladder_figure({"any": rungs}).axes[0].get_title().endswith(words)
+
+
 @pytest.mark.parametrize("curves", [1, 2, 6])
 def test_names_of_curves_lie_over_nothing(curves: int, collisions: Callable[[Any], list[str]]) -> None:
     """One or two stand at their ends, more beside the axes; the title says what each takes that is asked to 1 %."""

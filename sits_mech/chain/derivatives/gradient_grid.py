@@ -92,7 +92,7 @@ def gradient_on_grid(
     pose = Pose.of(poses.value)
     slopes = np.array([rest.slopes.T for rest in own]).reshape(len(own), len(POSE), len(moving))
     moved = moved_derivatives(numbers, moving, Moved(slopes, np.zeros_like(slopes)))
-    reading = read_poses(sensor, field, poses, untilted=False)
+    reading = read_poses(sensor, field, poses, separate=False)
     shown = reading.impedance
     direct = at_fixed_poses(sensor, (field, by_field.name, solved.asked), pose, numbers, reading.known)
     change = shown_change(sensor, field, shown, pose, numbers, moved, direct, known=reading.known)

@@ -26,11 +26,14 @@ from sits_mech.quantities import (
 from sits_mech.scene.sensor import Sensor
 
 
-def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, held: bool = False) -> list[Equilibrium]:
+def with_omissions(
+    sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, adapted: bool = False
+) -> list[Equilibrium]:
     """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
     left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests], bent=all(bent)) if rests else ()
-    left_out = tuple(replace(item, held=item.held or held) for item in left_out)  # by errors of an adapted table
+    if adapted:  # errors of an adapted table hold them
+        left_out = tuple(replace(item, included=True) for item in left_out)
     of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     return [including(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]
 
@@ -52,7 +55,7 @@ def within_omissions(
     layer: MechanicalModel, choice: Choice, tolerance: float, left_out: Sequence[Omission]
 ) -> MechanicalModel:
     """Return the chosen mechanical model with numerics to what a tolerance leaves beside its omissions."""
-    left = tolerance_left(sized(item for item in left_out if not item.held), tolerance)
+    left = tolerance_left(sized(item for item in left_out if not item.included), tolerance)
     if left == tolerance or not isinstance(layer, RefinedModel):
         return layer
     return layer.towards(None, min(left, choice.asked(left)))
@@ -61,7 +64,7 @@ def within_omissions(
 def omitted_parts(sensor: Sensor, left_out: Sequence[Omission], pose: Array) -> Array:
     """Return the signed changes of poses (..., 6) by omissions, shape (m, ..., 6) [m, rad]."""
     moved = pose - unloaded_pose(sensor).components
-    sizes = [by_component(item, moved) for item in left_out if not item.held and not item.unbounded]
+    sizes = [by_component(item, moved) for item in left_out if not item.included and not item.unbounded]
     return np.array(sizes).reshape(-1, *pose.shape)
 
 

@@ -26,7 +26,7 @@ from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, Solv
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor
 
-HALF = 0.5  # of the tolerance, what the mechanics have at least
+HALF = 0.5  # of the tolerance: the mechanics have that at least, bending and omissions count from it on
 
 
 @dataclass(frozen=True)

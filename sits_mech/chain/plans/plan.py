@@ -259,7 +259,7 @@ def _between(loads: Sequence[Wrench], layer: Choice | None, tolerance: float) ->
     if layer is None or len(first) == len(loads):
         return ()
     numbers = (("solved", len(first)), ("all", len(loads)))
-    return (Omission(OmissionKind.BETWEEN, tolerance, held=True, numbers=numbers),)
+    return (Omission(OmissionKind.BETWEEN, tolerance, included=True, numbers=numbers),)
 
 
 def magnetic_omissions(

@@ -130,7 +130,7 @@ class Whole:
         report = added(found.report, counted)
         ends = ends_of_plates(sensor, pose, found) if self.description.per_metre else None
         known = OmissionKind.PLATE_ENDS if ends is not None else None
-        size = sized(item for item in counted if not item.held and item.kind != known)
+        size = sized(item for item in counted if not item.included and item.kind != known)
         error_L, error_R = (size * largest(values) for values in (found.L - found.L0, found.R))
         found = replace(found, error_L=found.error_L + error_L, error_R=found.error_R + error_R, report=report)
         if ends is None:

@@ -42,7 +42,7 @@ _POSE = {
     "alpha_z": "turn alpha_z",
 }
 _SIGNAL = {
-    "L_v_percent": "sum signal L_v", "L_h_percent": "difference L_h", "dL_v": "mean change dL_v",
+    "L_v_percent": "sum signal L_v", "L_h_percent": "difference L_h", "dL_v": "dL_v, mean change from no target",
     "dL_x": "first moment dL_x", "dL_y": "first moment dL_y",
 }
 

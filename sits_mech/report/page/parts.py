@@ -60,7 +60,8 @@ def tiles(data: xr.Dataset, read: Readings) -> str:
     stray = crosstalk(data).attrs
     for name, size in stray.items():
         if str(name).startswith("full_scale_") and size > 0.0:
-            found.append((f"{size:.3g} %", f"full scale of {str(name).removeprefix('full_scale_')}, of L0"))
+            signal = str(name).removeprefix("full_scale_")
+            found.append((f"{size:.3g} % of L0", f"full scale of {signal}: its range over the loads"))
     mixed = sorted(_mixed(stray), reverse=True)[:2]
     found += [(f"{share:.3g} %", f"crosstalk of {force} into {signal}") for share, force, signal in mixed]
     done = f"{int(answered(data).sum())} of {data['status'].size} loads answered"

@@ -75,20 +75,20 @@ def _errors_of(curves: list[tuple[str, Array, Array]]) -> tuple[bool, str]:
     """Return whether bars of errors can be seen, and the largest error in words."""
     error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
     seen = not error < _SEEN * height
-    return seen, f"{'bars: ' * seen}errors up to {error:.2g} %"
+    return seen, f"{'bars: ' * seen}errors up to {error:.2g} % of $L_0$"
 
 
 def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:
     """Return what the curves are, of what, at what, and how far off they may be."""
     kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
-    name, words = fill(data.attrs.get("name", ""), 54), filter(None, (_mathematics(held), errors))
-    return f"{name}\n{'; '.join((kind + by_models(data), *words))}".strip()
+    words = "; ".join(filter(None, (kind + by_models(data), _mathematics(held))))
+    return f"{fill(data.attrs.get('name', ''), 54)}\n{words}\n{errors}".strip()
 
 
 def by_models(data: xr.Dataset) -> str:
     """Return by which models a table was solved, in words; "" where it does not say."""
     asked = request_of(data) if "request" in data.attrs else {}
-    return f" by {asked['mechanics']} and {asked['magnetics']}" if "mechanics" in asked else ""
+    return " (models: {mechanics}, {magnetics})".format(**asked) if "mechanics" in asked else ""
 
 
 def _mathematics(words: str) -> str:
@@ -134,8 +134,8 @@ def _in_mm(data: xr.Dataset) -> xr.Dataset:
 
 def signal_label(signal: str, coils: int) -> str:
     """Return what a signal is, as an axis label."""
-    pair = {"L_v_percent": "(L_1 + L_2)", "L_h_percent": "(L_1 - L_2)"} if coils == 2 else {}
-    return rf"${pair.get(signal, _symbol(short_name(signal)))}\,/\,L_0$ [%]"
+    pair = {"L_v_percent": "L_v = L_1 + L_2", "L_h_percent": "L_h = L_1 - L_2"} if coils == 2 else {}
+    return rf"${pair.get(signal, _symbol(short_name(signal)))}$ [% of $L_0$]"
 
 
 def _symbol(signal: str) -> str:

@@ -50,7 +50,7 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
     with new_figure(0.8) as (figure, (spot,)):
         _marks(spot, asked, found, (other, first))
         best = choice_words(asked, found.best.design.choice)
-        figure.suptitle(f"{_star(found)}: {best}\nhollow: breaks a limit; grey: beyond it; numbers: of the front")
+        figure.suptitle(f"{_star(found)}: {best}\nhollow: breaks a limit; grey: beyond one; numbers: files in front/")
         figure.legend(*spot.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
@@ -80,7 +80,7 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     dx, dy = ([shown_as(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
-    spot.plot(*_places(task, [found.best], names).T, "k*", ms=7, label=_star(found))
+    spot.plot(*_places(task, [found.best], names).T, "k*", ms=12, mfc="none", label=_star(found))
     for name, way in zip(names, "vh", strict=True):
         if name in task.limits:
             limit = shown_as(name)[1] * task.limits[name]
@@ -90,15 +90,18 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
 
 
 def _draw_choices(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
-    """Draw the designs of each choice of the lists, hollow where they break a limit."""
+    """Draw the designs of each choice of the lists, hollow where they break a limit; the legend names these limits."""
+    task, broken = found.task, dict[str, None]()
     for number, choice in enumerate(dict.fromkeys(each.design.choice for each in found.known)):
         own = [each for each in found.known if each.design.choice == choice and each.carried]
-        kept = [found.task.holds(each) for each in own]
+        spot.plot([], [], f"C{number % 10}o", label=choice_words(asked, choice))
         for holds in (True, False):
-            some = [each for each, whole in zip(own, kept, strict=True) if whole == holds]
-            label = choice_words(asked, choice) if holds == any(kept) else None
-            color, mfc = f"C{number % 10}o", None if holds else "w"
-            spot.plot(*_places(found.task, some, names).T, color, mfc=mfc, label=label)
+            some = [each for each in own if task.holds(each) == holds]
+            spot.plot(*_places(task, some, names).T, f"C{number % 10}o", mfc=None if holds else "w")
+            excess = [task.excess(task.figures(each), each.table) for each in some]
+            broken |= {name: None for each in excess for name, over in each.items() if over > 0.0}
+    if broken:
+        spot.plot([], [], "ko", mfc="w", label=fill(f"breaks {', '.join(map(_words, broken))}", 30))
 
 
 def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> Array:

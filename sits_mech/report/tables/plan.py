@@ -28,12 +28,13 @@ if TYPE_CHECKING:
 
 def plan_tables(sensor: Sensor, found: Plan) -> list[Table]:
     """Return a plan as tables: what is solved, what is left out, what finer answers take, what else there is to say."""
-    solved = column_table(f"{sensor.name}: solved", ("part", "model", "error", "seconds", "why"))
     choices = {"mechanics": found.mechanics, "magnetics": found.magnetics}
+    error = f"error of {'dL' if found.mechanics is None else 'the signals'}"
+    solved = column_table(f"{sensor.name}: solved", ("part", "model", error, "seconds", "why"))
     for step in found.steps:
         solved.add_row(*_cells(step), choice_reason(choices[step.half]))
     models = [_models(half, choice) for half, choice in choices.items() if choice is not None]
-    finer = column_table("finer answers", ("part", "model", "error", "seconds", "overall error"))
+    finer = column_table("finer answers", ("part", "model", error, "seconds", "overall error"))
     for step in found.finer:
         finer.add_row(*_cells(step), f"{step.whole:.2g} instead of {found.error:.2g}")
     rows = [("expected error", _error(found)), ("expected time", f"about {_short(found.seconds)} s on one core")]
@@ -82,7 +83,7 @@ def choice_reason(choice: Choice | None) -> str:
 
 def _models(half: str, choice: Choice) -> Table:
     """Return all models of a half: whether they hold, their errors, what they leave out, their cost."""
-    headings = ("", "model", "error", "of which left out", "operations", "seconds", "does not hold, as")
+    headings = ("", "model", "asked + left out", "of which left out", "operations", "seconds", "does not hold, as")
     found = column_table(f"models of the {half}", headings)
     for each in choice.candidates:
         taken = "taken" if each.model.name == choice.name else ""

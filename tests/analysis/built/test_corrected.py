@@ -51,7 +51,7 @@ def test_the_corrected_table_is_known_as_the_posterior_has_it(
         prior = prior_of(sensor, calibrate(sensor, **axes, mechanics="linear", magnetics="planar", tolerance=0.02))
         found = adapt(prior, bench_of(prior))
         built, table = corrected(found)
-    assert [item.held for item in unpacked_omissions(table.attrs["left_out"]) if item.weighs] == [True]
+    assert [item.included for item in unpacked_omissions(table.attrs["left_out"]) if item.weighs] == [True]
     loads = found.values[0] * np.array(list(product(*axes.values())))
     by = prior.bench(loads).derivatives(prior.used(found.values))[0] * prior.in_use
     posterior = np.sqrt(np.einsum("mnp,pq,mnq->mn", by, found.covariance, by))

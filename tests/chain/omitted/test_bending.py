@@ -136,7 +136,7 @@ def test_what_is_pressed_at_a_point_bends_more_and_wider_plates_too() -> None:
         for keys in ((), (POINT,), (POINT, *BACKED), (POINT, 'target.thickness="4 mm"')):
             (item,) = bending(load_sensor(name, keys), [PRESSED])
             assert (item.kind, item.relative_to) == (OmissionKind.BENDING, Relative.DISPLACEMENT)
-            assert item.parts[1] == item.size and not item.held and not item.unbounded and not any(item.parts[2:])
+            assert item.parts[1] == item.size and not item.included and not item.unbounded and not any(item.parts[2:])
             sizes[name, len(keys) + any("4 mm" in key for key in keys) * 9] = item.size
     narrow, middle, wide = ([sizes[name, k] for k in (0, 1, 3, 11)] for name in dict.fromkeys(key[0] for key in sizes))
     for found in (narrow, middle, wide):

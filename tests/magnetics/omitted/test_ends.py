@@ -142,7 +142,7 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch
     assert found.error_L[0, 0] / change == pytest.approx(0.37, abs=0.01)
     assert found.report.estimated_error == pytest.approx(0.37, abs=0.01) and narrow.report.estimated_error < 2e-3
     item, tracks = found.report.left_out
-    assert (item.kind, item.unbounded, item.held) == (OmissionKind.PLATE_ENDS, False, False)
+    assert (item.kind, item.unbounded, item.included) == (OmissionKind.PLATE_ENDS, False, False)
     assert tracks.kind == OmissionKind.TRACKS and tracks.held and 0.015 < tracks.size < 0.025
     both = found.report.estimated_error - narrow.report.estimated_error
     assert both - item.size == pytest.approx(tracks.size, rel=0.25)  # of L alone
@@ -186,7 +186,7 @@ def test_an_answer_in_section_holds_its_ends(sensor: Sensor, monkeypatch: pytest
 @pytest.mark.parametrize(("item", "error", "listed"), [
     (Omission(OmissionKind.STATED, 0.1), 0.1, 1), (Omission(OmissionKind.STATED, 0.1, counts=False), 0.0, 0),
     (Omission(OmissionKind.STATED), 0.0, 0), (Omission(OmissionKind.STATED, np.nan), 0.0, 1),
-    (Omission(OmissionKind.STATED, 0.1, held=True), 0.0, 1),
+    (Omission(OmissionKind.STATED, 0.1, included=True), 0.0, 1),
 ])
 def test_what_else_a_model_leaves_out_is_of_the_largest_change(
     sensor: Sensor, item: Omission, error: float, listed: int
@@ -202,7 +202,7 @@ def test_what_else_a_model_leaves_out_is_of_the_largest_change(
     pose = Pose(np.zeros(2), np.array([2.0, 2.5]) * MM)
     found = Whole(Given(space), sensor, replace(SHEETS, omissions=omissions)).impedance(pose, 5e6)
     assert found.report.estimated_error == pytest.approx(1e-3 + error) and len(found.report.left_out) == listed
-    held = 0.0 if item.held else error
+    held = 0.0 if item.included else error
     np.testing.assert_allclose(own(found.error_L)[:, 0], 0.01 + held * np.array([1.0, 0.2]))
     np.testing.assert_allclose(own(found.error_R)[:, 0], 0.02 + held * np.array([3.0, 1.0]))
     assert asked[0].closely and asked[0].answer is not None and asked[0].answer[1] is space

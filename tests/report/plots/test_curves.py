@@ -38,7 +38,7 @@ def test_normal_curves_show_the_numbers(data: xr.Dataset) -> None:
     (axes,) = signal_curves(data, "F_z").axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0", "±1"]
     np.testing.assert_allclose(axes.containers[1].lines[0].get_ydata(), [189.0, 188.0, 187.0])
-    assert "[N]" in axes.get_xlabel() and "[%]" in axes.get_ylabel()
+    assert "[N]" in axes.get_xlabel() and "[% of $L_0$]" in axes.get_ylabel()
 
 
 def test_shear_curves_show_the_numbers(data: xr.Dataset) -> None:
@@ -93,7 +93,7 @@ def test_other_forces_are_at_the_middle(data: xr.Dataset) -> None:
     wide = wide.assign(L_v_percent=wide["L_v_percent"] + wide["F_y"])
     figure = signal_curves(wide, "F_z")
     np.testing.assert_allclose(figure.axes[0].containers[1].lines[0].get_ydata(), [189.5, 188.5, 187.5])
-    assert figure.get_suptitle() == "normal signal; $M$ = 0.002 N m, $F_y$ = 0.5 N; errors up to 0.01 %"
+    assert figure.get_suptitle() == "normal signal; $M$ = 0.002 N m, $F_y$ = 0.5 N\nerrors up to 0.01 % of $L_0$"
     (axes,) = signal_curves(wide.isel(F_x=0).drop_vars("F_x"), "F_x").axes
     assert "F_y" in axes.get_xlabel() and "F_z" in axes.get_legend().get_title().get_text()
     figure = signal_curves(wide.isel(F_x=0, F_z=1), "F_z")
@@ -285,5 +285,5 @@ def test_loops_show_each_cycle(collisions: Collisions) -> None:
     for axes in figure.axes:
         assert [line.get_label() for line in axes.lines] == ["cycle 1", "cycle 2", "cycle 3"]
         assert all(max(line.get_xdata()) == pytest.approx(4.0) for line in axes.lines) and len(axes.texts) == 4
-        assert "F_z" in axes.get_xlabel() and "[N]" in axes.get_xlabel() and "[%]" in axes.get_ylabel()
+        assert "F_z" in axes.get_xlabel() and "[N]" in axes.get_xlabel() and "[% of $L_0$]" in axes.get_ylabel()
     assert len(figure.legends[0].get_texts()) == 3 and collisions(figure) == []
