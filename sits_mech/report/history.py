@@ -127,7 +127,7 @@ def history_curves(data: xr.Dataset) -> Figure:
             value, error = data[name].to_numpy(), data[f"error_{name}"].to_numpy()
             panel.fill_between(time, value - error, value + error, color="0.8", linewidth=0.0)
             panel.plot(time, value, color="0.15")
-            panel.set_ylabel(signal_label(name, data.sizes["coil"]))
+            panel.set_ylabel(signal_label(name))
         if "code" in data:
             code, at = data["code"].to_numpy(), data["code_time"].to_numpy()
             coils = [str(name) for name in data["coil"].to_numpy()]

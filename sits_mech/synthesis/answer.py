@@ -337,16 +337,12 @@ def causes(asked: Requirements, task: Task, best: Answered) -> tuple[str, ...]:
         words = f"{name} {figure_words(name, value)}: {figure_words(name, other)} of it by repeatability, "
         words += f"{figure_words(name, own)} by the converter"
         if own < limit:
-            most = _rounded_down(100.0 * repeated * float(np.sqrt(limit**2 - own**2)) / other)
+            most = 100.0 * repeated * float(np.sqrt(limit**2 - own**2)) / other
+            unit = 10.0 ** (np.floor(np.log10(most)) - 1.0)  # two digits, rounded down: never a limit that does not do
+            most = float(np.floor(most / unit) * unit)
             words += f"; for {figure_words(name, limit)} tolerance.repeatability must be at most {most:g} %"
         found.append(words)
     return tuple(found)
-
-
-def _rounded_down(value: float) -> float:
-    """Return a limit that is to be held, to two digits: never one that does not do."""
-    unit = 10.0 ** (np.floor(np.log10(value)) - 1.0)
-    return float(np.floor(value / unit) * unit)
 
 
 def held_shares(task: Task, best: Answered) -> dict[str, float]:

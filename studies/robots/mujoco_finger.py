@@ -83,7 +83,7 @@ def draw(found: dict[str, np.ndarray], path: Path) -> None:
         _name(above, found["time"], forces, name, f"C{k}")
     start = int(np.argmax(found["forces"][:, 1] > 0.0))
     place = found["time"][start], found["forces"][start, 1]
-    above.annotate("touches down", place, (4, 14), textcoords="offset points", fontsize=8)
+    above.annotate("the finger hits the target", place, (0, -28), textcoords="offset points", fontsize=8)
     for k, codes in enumerate(found["codes"].T):
         change = (codes - codes[0]) / 1e3
         below.plot(found["time"], change, color=f"C{k + 2}")

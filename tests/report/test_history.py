@@ -72,7 +72,7 @@ def test_table_and_picture(data, collisions, monkeypatch):
     names = [axes.get_ylabel() for axes in figure.axes]
     still = data.assign(L_h_percent=1e-14 * np.sin(1e3 * data["time"]))  # what symmetry cancels
     left = [axes.get_ylabel() for axes in history_curves(still).axes]
-    assert [name for name in names if name not in left] == ["$L_h = L_1 - L_2$ [% of $L_0$]"]
+    assert [name for name in names if name not in left] == ["$L_h$ [% of $L_0$]"]
 
 
 @pytest.mark.slow

@@ -135,7 +135,10 @@ def plan_loads(
     possible, too_much = bench.loads(prior, read)
     if rig != "stage":
         possible = possible[~np.any(np.delete(possible, _downwards(prior), axis=1), axis=1)]
-    kinds, goal = ["load"] * len(possible), _goal(prior, read)
+    answers, by = prior.force_slopes(prior.start, read)
+    each = answers @ by / np.ptp(read, axis=0)[:, None]
+    goal = np.einsum("mdp,mdq->pq", each, each) / len(read)  # G: tr(G Sigma) is the forces' mean square over ranges
+    kinds = ["load"] * len(possible)
     gain = prior.fisher(possible, load_noise, depth_noise if rig == "press" else None)
     start = prior.tared
     if rig == "use":
@@ -181,13 +184,6 @@ def _downwards(prior: Prior) -> int:
     if "F_z" not in prior.forces:
         raise SceneError(f"rig: must be stage where F_z is not varied; the calibration has {', '.join(prior.forces)}")
     return prior.forces.index("F_z")
-
-
-def _goal(prior: Prior, read: Array) -> Array:
-    """Return the matrix G of the mean square error of the forces over their ranges, tr(G Sigma)."""
-    answers, by = prior.force_slopes(prior.start, read)
-    each = answers @ by / np.ptp(read, axis=0)[:, None]
-    return np.asarray(np.einsum("mdp,mdq->pq", each, each) / len(read))
 
 
 def _chosen(start: Array, gain: Array, goal: Array, count: int) -> list[int]:

@@ -105,14 +105,9 @@ def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) ->
     plotter.reset_camera()
     picture = np.asarray(plotter.screenshot(None, return_img=True))
     plotter.close()
-    return _cropped(picture), density
-
-
-def _cropped(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Crop the white around pixels."""
-    drawn = np.any(picture < 250, axis=2)
+    drawn = np.any(picture < 250, axis=2)  # the white around is cut off
     rows, columns = (np.flatnonzero(drawn.any(axis=axis)) for axis in (1, 0))
-    return picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    return picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1], density
 
 
 def _ground(pyvista: Any, sensor: Sensor) -> Any:

@@ -64,7 +64,8 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
                 ends = np.stack([values - errors, values + errors, np.full_like(values, np.nan)], axis=-1)
                 axes.plot(np.repeat(data[along], 3), ends.ravel(), linestyle="none", marker="")
         axes.set_xlabel(load_label(along))
-        axes.set_ylabel(signal_label(signal, data.sizes["coil"]))
+        pair = "$L_v = L_1 + L_2$" if signal == "L_v_percent" else "$L_h = L_1 - L_2$"
+        axes.set_ylabel(signal_label(signal).replace(pair[:4] + "$", pair))
         figure.suptitle(_curves_title(data, signal, held, words))
         if family is not None:
             axes.legend(title=_short_label(family), ncols=1 + (len(curves) > 5))
@@ -132,10 +133,9 @@ def _in_mm(data: xr.Dataset) -> xr.Dataset:
     return data.assign_coords({name: MM * data[name] for name in TOUCH if name in data.dims})
 
 
-def signal_label(signal: str, coils: int) -> str:
+def signal_label(signal: str) -> str:
     """Return what a signal is, as an axis label."""
-    pair = {"L_v_percent": "L_v = L_1 + L_2", "L_h_percent": "L_h = L_1 - L_2"} if coils == 2 else {}
-    return rf"${pair.get(signal, _symbol(short_name(signal)))}$ [% of $L_0$]"
+    return rf"${_symbol(short_name(signal))}$ [% of $L_0$]"
 
 
 def _symbol(signal: str) -> str:

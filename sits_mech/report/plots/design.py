@@ -50,7 +50,7 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
     with new_figure(0.8) as (figure, (spot,)):
         _marks(spot, asked, found, (other, first))
         best = choice_words(asked, found.best.design.choice)
-        figure.suptitle(f"{_star(found)}: {best}\nhollow: breaks a limit; grey: beyond one; numbers: files in front/")
+        figure.suptitle(f"{_star(found)}: {best}\nhollow: breaks a limit; grey: beyond one\nnumbers: files in front/")
         figure.legend(*spot.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
@@ -80,7 +80,7 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
     dx, dy = ([shown_as(name)[1] * each.error.get(name, 0.0) for each in found.front] for name in names)
     spot.set(xlim=spot.get_xlim(), ylim=spot.get_ylim())  # by the designs, not by what is not known of them
     spot.errorbar(places[:, 0], places[:, 1], dy, dx, fmt="none", ecolor="0.4", elinewidth=0.7)
-    spot.plot(*_places(task, [found.best], names).T, "k*", ms=12, mfc="none", label=_star(found))
+    spot.plot(*_places(task, [found.best], names).T, "k*", ms=10, mfc="none", label=_star(found))
     for name, way in zip(names, "vh", strict=True):
         if name in task.limits:
             limit = shown_as(name)[1] * task.limits[name]

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from sits_mech.quantities import UNITS
 from sits_mech.report.tables.solves import column_table, key_table
-from sits_mech.synthesis.answer import DesignAnswer, Figure, Share
+from sits_mech.synthesis.answer import DesignAnswer, Figure
 from sits_mech.synthesis.around import Changes, Preview, Price
 from sits_mech.synthesis.bounds import DesignPlan
 from sits_mech.synthesis.required.kinds import INVERSE, figure_words, kind_of, shown_as
@@ -26,7 +26,9 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
     lines = [("limits", found.verdict)] + [(key, str(value)) for key, value in found.values.items()]
     if math.isfinite(found.share.value):
         asked_for = f"{100.0 * asked.least_yield:.3g} % required"
-        lines.append(("yield", f"{share_words(found.share)} of the sensors made, {asked_for}"))
+        value, low, high = (f"{100.0 * each:.3g}" for each in found.share)
+        span = "" if low == high else f" ({low} to {high} % from the errors)"
+        lines.append(("yield", f"{value} %{span} of the sensors made, {asked_for}"))
     lines += [("may be as good", words) for words in found.tied]
     lines += [("comes of", words) for words in found.causes]
     for name, most in found.guards.items():
@@ -88,12 +90,6 @@ def asked_table(asked: Requirements) -> Table:
         lines.append((f"{name}, made", f"+- {100.0 * size:g} %" if share else f"+- {size:g} in SI units"))
     goal = " + ".join(f"{weight:g} {name}" if weight != 1.0 else name for name, weight in asked.goal.items())
     return key_table("asked", [*lines, ("minimised", goal or "nothing: the first design that holds every limit")])
-
-
-def share_words(share: Share) -> str:
-    """Return the yield, and its bounds by the errors."""
-    value, low, high = (f"{100.0 * each:.3g}" for each in share)
-    return f"{value} %" if low == high else f"{value} % ({low} to {high} % from the errors)"
 
 
 def price_words(price: Price, goal: Sequence[str]) -> str:

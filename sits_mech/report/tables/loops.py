@@ -75,7 +75,7 @@ def loop_curves(data: xr.Dataset) -> Figure:
                 for k in (len(values) // 4, 3 * len(values) // 4) if number in (1, len(turns)) else ():
                     start, end = ((load[span][j], values[j]) for j in (k, k + len(values) // 10))
                     axes.annotate("", end, start, arrowprops=_ARROW | {"color": color})
-            axes.set(xlabel=load_label(force), ylabel=signal_label(name, data.sizes["coil"]))
+            axes.set(xlabel=load_label(force), ylabel=signal_label(name))
         figure.suptitle(f"{fill(data.attrs['name'], 54)}\nloading and unloading{by_models(data)}, along the arrows")
         figure.legend(*every[0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure

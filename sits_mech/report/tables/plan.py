@@ -159,8 +159,11 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
             for half, choice in choices.items()
         },
         "models": {
-            half: [] if choice is None else [_model_record(each) for each in choice.candidates]
-            for half, choice in choices.items()
+            half: [] if choice is None else [
+                {"name": each.model.name, "refusal": None if each.refusal is None else str(each.refusal),
+                 "error": each.error, "left_out": [entry(item) for item in each.left_out],
+                 "cost": None if each.cost is None else each.cost._asdict()} for each in choice.candidates
+            ] for half, choice in choices.items()
         },
         "rungs": found.rungs,
         "steps": [asdict(step) for step in found.steps],
@@ -173,14 +176,6 @@ def plan_record(sensor: Sensor, found: Plan) -> dict[str, Any]:
         "asked_error": found.error,
         "expected_seconds": found.seconds,
     }
-
-
-def _model_record(each: Candidate) -> dict[str, Any]:
-    """Return a model of a plan for a program."""
-    cost = None if each.cost is None else each.cost._asdict()
-    refusal = None if each.refusal is None else str(each.refusal)
-    left_out = [entry(item) for item in each.left_out]
-    return {"name": each.model.name, "refusal": refusal, "error": each.error, "left_out": left_out, "cost": cost}
 
 
 def ladder_tables(rungs: Sequence[LadderStep]) -> list[Table]:

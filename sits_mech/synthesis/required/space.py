@@ -180,7 +180,9 @@ def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
 
     Raises SceneError when a value leaves no possible scene, or choices are too many.
     """
-    _check_keys(table)
+    for key in filter(_SPACING.__contains__, table):
+        raise SceneError(f'vary.{key}: must be a key of one cell, which design solves; a sweep with request = "cells" '
+                         f'finds a pitch by its limit; got {shown(table[key])}')
     lists = {key: tuple(item) for key, item in table.items() if isinstance(item, list)}
     variables = [Variable(key, *item) for key, item in table.items() if key not in lists]
     found = Space(sensor, tuple(variables), lists)
@@ -188,13 +190,6 @@ def space_of(sensor: Sensor, table: Mapping[str, Any]) -> Space:
         raise SceneError(f"vary: must leave at most {_MOST} choices of its lists; got more")
     _check_values(found)
     return found
-
-
-def _check_keys(table: Mapping[str, Any]) -> None:
-    """Refuse a pitch, which a scene of one cell does not have."""
-    for key in filter(_SPACING.__contains__, table):
-        raise SceneError(f'vary.{key}: must be a key of one cell, which design solves; a sweep with request = "cells" '
-                         f'finds a pitch by its limit; got {shown(table[key])}')
 
 
 def _check_values(space: Space) -> None:
