@@ -199,7 +199,8 @@ def replaced(path: Path) -> Iterator[Path]:
         if place is None:
             _pour(other, path)
         else:
-            other.chmod(stat.S_IMODE(place.stat().st_mode) if place.exists() else 0o666 & ~_umask())
+            os.umask(mask := os.umask(0))  # it is read by setting it
+            other.chmod(stat.S_IMODE(place.stat().st_mode) if place.exists() else 0o666 & ~mask)
             other.replace(place)
     except OSError as error:
         raise SceneError(f"{path}: must be writable; got: {error.strerror or error}") from None
@@ -226,10 +227,3 @@ def _pour(source: Path, end: Path) -> None:
     opened = os.dup(1) if str(end) in _STDOUT else os.open(end, os.O_WRONLY)
     with source.open("rb") as taken, os.fdopen(opened, "wb") as given:
         shutil.copyfileobj(taken, given)
-
-
-def _umask() -> int:
-    """Return the permissions that new files of this process do not get."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

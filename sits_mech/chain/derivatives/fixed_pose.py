@@ -65,7 +65,7 @@ def at_fixed_poses(
     for own in lengths:
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
             found.L0[:, own] = _free(numbers[own], name, tolerance)
-    own_f = _by_f(field, rows, f, causes)
+    own_f = by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
     for own, cause in enumerate(causes):
         if cause == "frequency":
             found.L[..., own], found.R[..., own] = own_f
@@ -77,11 +77,6 @@ def at_fixed_poses(
     return found
 
 
-def _by_f(field: MagneticModel, rows: Array, f: float, causes: Sequence[str]) -> list[Array]:
-    """Return derivatives by the frequency, where some causes need them."""
-    return by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
-
-
 def _cause(number: Parameter, field: MagneticModel) -> str:
     """Return by what a number changes the impedance at fixed poses: "frequency", "metal", "length", or nothing."""
     if number.name == "frequency":
@@ -91,7 +86,10 @@ def _cause(number: Parameter, field: MagneticModel) -> str:
     if number.name == _CONDUCTIVITY and alone:
         return "metal"
     off_axis = is_coaxial(field) and ".centre." in number.name
-    return "length" if _of_field(number) and not off_axis else ""
+    if off_axis or number.name == "target.load_height":
+        return ""
+    other = place_of(number)
+    return "length" * any(getattr(other, part) != getattr(number.scene, part) for part in _ELECTRIC)
 
 
 def _free(number: Parameter, name: str, tolerance: float) -> Array:
@@ -113,14 +111,6 @@ def free_by_frequency(field: MagneticModel, frequency: float) -> Array:
 def place_of(number: Parameter) -> Sensor:
     """Return a scene in which a number is slightly different."""
     return number.stencil().places[0].sensor
-
-
-def _of_field(number: Parameter) -> bool:
-    """Return whether a number belongs to coils or plates."""
-    if number.name == "target.load_height":
-        return False
-    other = place_of(number)
-    return any(getattr(other, part) != getattr(number.scene, part) for part in _ELECTRIC)
 
 
 def _growth(number: Parameter) -> float:

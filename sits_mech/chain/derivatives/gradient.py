@@ -173,7 +173,9 @@ def gradient(
     shown = simulation.impedance
     single = {name: getattr(shown, name)[None] for name in ("L", "R", "error_L", "error_R")}
     change = shown_change(sensor, field, replace(shown, **single), one, numbers, moved, direct)
-    compliance, error = _taken_back(by_pose, back)
+    compliance, error = by_pose.compliance, by_pose.error_compliance
+    if not np.array_equal(back, np.eye(len(WRENCH))):  # the solved image is another load
+        compliance, error = back @ compliance @ back.T, np.abs(back) @ error @ np.abs(back).T
     return Gradient(
         **change.first(), names=tuple(names), simulation=simulation, pose=moved.pose[0], error_pose=moved.error[0],
         compliance=compliance, error_compliance=error,
@@ -208,13 +210,6 @@ def _checked(sensor: Sensor, name: str) -> Parameter:
     if name.rpartition(".")[2] in _NO_LENGTHS or name.startswith("readout."):
         raise SceneError(f"gradient: {name} has no derivative here; lengths, constants of the silicone, frequency have")
     return parameter(sensor, name)
-
-
-def _taken_back(found: PoseSlopes, back: Array) -> tuple[Array, Array]:
-    """Return the compliance and its errors of a load from those of its solved image."""
-    if np.array_equal(back, np.eye(len(WRENCH))):
-        return found.compliance, found.error_compliance
-    return back @ found.compliance @ back.T, np.abs(back) @ found.error_compliance @ np.abs(back).T
 
 
 def shown_change(

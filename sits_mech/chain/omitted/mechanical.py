@@ -26,14 +26,11 @@ from sits_mech.quantities import (
 from sits_mech.scene.sensor import Sensor
 
 
-def with_omissions(
-    sensor: Sensor, rests: Sequence[Equilibrium], name: str, *, adapted: bool = False
-) -> list[Equilibrium]:
+def with_omissions(sensor: Sensor, rests: Sequence[Equilibrium], name: str, adapted: bool = False) -> list[Equilibrium]:
     """Return equilibria whose errors hold what the mechanical model of a name leaves out, a part that all share."""
     bent = [any(note.kind is NoteKind.BENT for note in rest.report.notes) for rest in rests]
     left_out = mechanical_omissions(sensor, name, [rest.wrench for rest in rests], bent=all(bent)) if rests else ()
-    if adapted:  # errors of an adapted table hold them
-        left_out = tuple(replace(item, included=True) for item in left_out)
+    left_out = tuple(replace(item, included=item.included or adapted) for item in left_out)  # by errors of the table
     of_bent = tuple(item for item in left_out if item.kind is not OmissionKind.BENDING)
     return [including(sensor, rest, of_bent if solved else left_out) for rest, solved in zip(rests, bent, strict=True)]
 

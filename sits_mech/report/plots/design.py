@@ -91,17 +91,22 @@ def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[st
 
 def _draw_choices(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
     """Draw the designs of each choice of the lists, hollow where they break a limit; the legend names these limits."""
-    task, broken = found.task, dict[str, None]()
+    task = found.task
     for number, choice in enumerate(dict.fromkeys(each.design.choice for each in found.known)):
         own = [each for each in found.known if each.design.choice == choice and each.carried]
         spot.plot([], [], f"C{number % 10}o", label=choice_words(asked, choice))
         for holds in (True, False):
             some = [each for each in own if task.holds(each) == holds]
             spot.plot(*_places(task, some, names).T, f"C{number % 10}o", mfc=None if holds else "w")
-            excess = [task.excess(task.figures(each), each.table) for each in some]
-            broken |= {name: None for each in excess for name, over in each.items() if over > 0.0}
-    if broken:
+    if broken := _broken(found):
         spot.plot([], [], "ko", mfc="w", label=fill(f"breaks {', '.join(map(_words, broken))}", 30))
+
+
+def _broken(found: DesignAnswer) -> list[str]:
+    """Return the limits that solved designs break."""
+    task = found.task
+    excess = [task.excess(task.figures(each), each.table) for each in found.known if each.carried]
+    return list(dict.fromkeys(name for each in excess for name in each if each[name] > 0.0))
 
 
 def _places(task: Task, designs: Sequence[Answered], names: tuple[str, str]) -> Array:
