@@ -129,7 +129,7 @@ def test_a_grid_is_planned_by_what_is_solved_of_it() -> None:
     whole, some = plan(SENSOR, loads), plan(SENSOR, [load for load in loads if load.F_x in forces[::4]])
     assert len(solved_likely(loads)) == 19 and len(solved_likely(loads[1:])) == 80
     (between,) = (item for item in whole.left_out if item.kind == K.BETWEEN)
-    assert between.known == {"solved": 19, "all": 81} and between.size == 1e-2 and between.held
+    assert between.known == {"solved": 19, "all": 81} and between.size == 1e-2 and between.included
     assert K.BETWEEN not in kinds(some.left_out)
 
     def seconds(pads: int, poses: int) -> float:

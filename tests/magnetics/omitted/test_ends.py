@@ -143,7 +143,7 @@ def test_the_published_sensor_in_section_is_half_off(sensor: Sensor, monkeypatch
     assert found.report.estimated_error == pytest.approx(0.37, abs=0.01) and narrow.report.estimated_error < 2e-3
     item, tracks = found.report.left_out
     assert (item.kind, item.unbounded, item.included) == (OmissionKind.PLATE_ENDS, False, False)
-    assert tracks.kind == OmissionKind.TRACKS and tracks.held and 0.015 < tracks.size < 0.025
+    assert tracks.kind == OmissionKind.TRACKS and tracks.included and 0.015 < tracks.size < 0.025
     both = found.report.estimated_error - narrow.report.estimated_error
     assert both - item.size == pytest.approx(tracks.size, rel=0.25)  # of L alone
     assert found.shared_L is not None and found.shared_L[-1, 0, 0] > 0.0  # endless plates take more
