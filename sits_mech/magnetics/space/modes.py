@@ -39,7 +39,6 @@ from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
     first_alike,
-    image_classes,
     kernel,
     mixed,
     problems,
@@ -48,7 +47,7 @@ from sits_mech.magnetics.space.classes import (
     stacked,
 )
 from sits_mech.magnetics.space.coupling import Sheeted
-from sits_mech.magnetics.space.fields import Basis, Box, decay_scale, field_means, without_gradients
+from sits_mech.magnetics.space.fields import Basis, Box, Parity, decay_scale, field_means, without_gradients
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
 
@@ -138,7 +137,7 @@ def shared_bases(
     for plan, levels in plans.values() if np.iscomplex(divisions[0][0].characters).any() else ():
         fields = field_means(plan, stacked(plan, levels), box)
         for key, problem in problems(plan, levels, metal[1]):
-            rows, B = _fluxes(problem, box, fields, None)
+            rows, B = _fluxes(problem, math.prod(box.order), _mixed_means(problem, fields))
             R = resistances(problem, metal[0])
             each.setdefault(key, []).append((rows, _resisted(R, B * scale[rows, None], problem.weight)))
     found = {}
@@ -147,9 +146,7 @@ def shared_bases(
         seen = [np.zeros((rows.size, part.shape[1])) for _, part in parts]
         for whole, (own, part) in zip(seen, parts, strict=True):
             whole[np.searchsorted(rows, own)] = part
-        strong = _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP) / scale[rows, None]
-        some = strong.any(axis=1)
-        found[key] = Basis(rows[some], strong[some])
+        found[key] = _sized(rows, _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP), scale)
     return found
 
 
@@ -164,35 +161,43 @@ def matrices_of(
     """
     (conductivity, depth), (box, sources), prisms, first = metal, seen, stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
-    fields = None if box is None else field_means(plan, prisms, box)
+    fields = [] if box is None else field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
     for key, problem in problems(plan, levels, depth):
         L, R, unit = scaled(problem, means, conductivity)
         B: Any = np.zeros((0, len(unit)))
         if box is not None and (first or key in bases):
-            bases[key], B = combined(problem, box, np.asarray(fields), (R, unit), bases.get(key), keep)
+            bases[key], B = combined(problem, box, fields, (R, unit), bases.get(key), keep)
         if driving is not None:
             B = np.vstack([B, driven(problem, driving) * unit])
         yield key, problem, (L, R, unit), B
 
 
 def combined(
-    problem: Problem, box: Box, fields: Array, units: tuple[Complex, Array], basis: Basis | None, keep: float = _KEEP
+    problem: Problem, box: Box, fields: Sequence[Parity], units: tuple[Complex, Array], basis: Basis | None,
+    keep: float = _KEEP,
 ) -> tuple[Basis, Complex]:
     """Return a class's combinations of fields, and their fluxes (r, unknowns).
 
     `fields` are as of `field_means`, `units` R and the unit of each unknown, as of `scaled`; `basis` is another
     division's, or None: to be found. Combinations weaker than `keep`, to the strongest, are left out.
     """
-    (R, unit), scale = units, decay_scale(box)
-    rows, B = _fluxes(problem, box, fields, None if basis is None else basis.rows)
-    B = B * unit * scale[rows, None]
+    (R, unit), scale, size = units, decay_scale(box), math.prod(box.order)
+    means = _mixed_means(problem, fields)
     if basis is None:
-        strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
-        fields = _strongest(strong, keep) / scale[rows, None]
-        some = fields.any(axis=1)
-        basis = Basis(rows[some], fields[some])
-    return basis, (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
+        rows, B = _fluxes(problem, size, means)
+        strong = without_gradients(box, rows, _resisted(R, B * unit * scale[rows, None], problem.weight))
+        basis = _sized(rows, _strongest(strong, keep), scale)
+    shapes = np.zeros((3 * size, basis.size))
+    shapes[basis.rows] = basis.fields * scale[basis.rows, None] ** 2
+    found: Any = sum(problem.transposed[b] @ (P @ shapes[a * size + columns]) for a, b, columns, P in means)
+    return basis, found.T * unit
+
+
+def _sized(rows: Integers, strong: Array, scale: Array) -> Basis:
+    """Return combinations from those of coefficients over their sizes."""
+    some = strong.any(axis=1)
+    return Basis(rows[some], strong[some] / scale[rows[some], None])
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
@@ -229,24 +234,31 @@ def _strongest(seen: Array, keep: float) -> Array:
     return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
-def _fluxes(problem: Problem, box: Box, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+def _mixed_means(problem: Problem, fields: Sequence[Parity]) -> list[tuple[int, int, Integers, Complex]]:
+    """Return what a class sees of fields: component, that of its moments, coefficients, sums of means over images.
+
+    In classes of order m all with i + j of another parity than m, and half along z, cancel: a quarter is summed.
+    """
+    pairs, weights, _ = problem.parts
+    found = []
+    for part in fields:
+        folded = weights @ part.signs
+        some = np.flatnonzero(np.abs(folded).max(axis=1) > _ROUNDING * np.abs(weights).max() * len(part.signs))
+        each = mixed(folded[some], part.means)
+        found += [(*pairs[k], part.columns, P) for k, P in zip(some.tolist(), each, strict=True)]
+    return found
+
+
+def _fluxes(problem: Problem, size: int, means: list[tuple[int, int, Integers, Complex]]) -> tuple[Integers, Complex]:
     """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
-    pairs, weights, moments = problem.parts
-    sees = np.zeros((3, fields.shape[-1]), dtype=bool)
-    if problem.plan.tensor is not None:
-        x, y, z = np.indices(box.order).reshape(3, -1) % 2
-        images = image_classes(weights)
-        means: Any = [8.0 * sign * fields[0, 0] for _, sign in images]
-        for (a, _), ((along, across), _) in zip(pairs, images, strict=True):
-            sees[a] |= (x + 2 * y == along) & (z == across)
-    else:  # most are of another symmetry than the class
-        means = mixed(weights, fields)
-        least = _ROUNDING * max(np.abs(P).max() for P in means)
-        for (a, _), P in zip(pairs, means, strict=True):
-            sees[a] |= np.abs(P).max(axis=0) > least
-    if rows is not None:
-        sees = np.isin(np.arange(sees.size), rows).reshape(sees.shape)
-    B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
-    for (a, b), P in zip(pairs, means, strict=True):
-        B[a] += (moments[b].T @ P[:, sees[a]]).T
-    return np.flatnonzero(sees), np.vstack(B)
+    largest = [np.abs(P).max(axis=0) for *_, P in means]
+    least = _ROUNDING * max(each.max() for each in largest)
+    sees = np.zeros(3 * size, dtype=bool)
+    for (a, _, columns, _), each in zip(means, largest, strict=True):
+        sees[a * size + columns] |= each > least
+    rows = np.flatnonzero(sees)
+    B = np.zeros((rows.size, problem.loops.unknowns), dtype=problem.parts[1].dtype)
+    for a, b, columns, P in means:
+        own = sees[a * size + columns]
+        B[np.searchsorted(rows, a * size + columns[own])] += (problem.transposed[b] @ P[:, own]).T
+    return rows, B
