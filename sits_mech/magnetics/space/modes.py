@@ -52,6 +52,7 @@ from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_WEAK = 3e-6  # the same, to the strongest of all classes of a round plate: L is as by 1e-7 to 1e-6 of its change
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 _Key = tuple[int, int]  # of a class, by order and mirror
@@ -131,23 +132,31 @@ def shared_bases(
 
     A class has few cells across a sector, in whose means other divisions' are not; and fields of orders that the
     sectors of one do not tell from lower ones. By the first division's alone, discs beside their coils were 3e-3 off.
+    Classes add to one Delta Z: what is weak is so to the strongest combination of them all, `_WEAK`.
     """
-    each: dict[_Key, list[tuple[Integers, Array]]] = {}
+    if not np.iscomplex(divisions[0][0].characters).any():
+        return {}
     scale, plans = decay_scale(box), {id(plan): (plan, levels) for plan, levels in divisions[::-1]}
-    for plan, levels in plans.values() if np.iscomplex(divisions[0][0].characters).any() else ():
-        fields = field_means(plan, stacked(plan, levels), box)
-        for key, problem in problems(plan, levels, metal[1]):
-            rows, B = _fluxes(problem, math.prod(box.order), _mixed_means(problem, fields))
-            R = resistances(problem, metal[0])
-            each.setdefault(key, []).append((rows, _resisted(R, B * scale[rows, None], problem.weight)))
-    found = {}
-    for key, parts in each.items():
-        rows = np.unique(np.concatenate([own for own, _ in parts]))
-        seen = [np.zeros((rows.size, part.shape[1])) for _, part in parts]
-        for whole, (own, part) in zip(seen, parts, strict=True):
-            whole[np.searchsorted(rows, own)] = part
-        found[key] = _sized(rows, _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP), scale)
-    return found
+    levels_of = [
+        (dict(problems(*division, metal[1])), field_means(division[0], stacked(*division), box))
+        for division in plans.values()
+    ]
+    strong: dict[_Key, tuple[Integers, Array]] = {}
+    for key in dict.fromkeys(key for classes, _ in levels_of for key in classes):
+        seen, places = [], []
+        for problem, fields in ((classes[key], fields) for classes, fields in levels_of if key in classes):
+            rows, B = _fluxes(problem, _mixed_means(problem, fields))
+            part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
+            places.append(rows)
+            seen.append(np.zeros((scale.size, part.shape[1])))
+            seen[-1][rows] = part
+        rows = np.unique(np.concatenate(places))
+        strong[key] = rows, _strongest(without_gradients(box, rows, np.hstack(seen)[rows]), _WEAK)
+    most = max(_sizes(each).max() for _, each in strong.values())
+    return {
+        key: _basis(rows, each[:, _sizes(each) >= min(_WEAK * most, _sizes(each).max())], scale)
+        for key, (rows, each) in strong.items()
+    }
 
 
 def matrices_of(
@@ -182,22 +191,27 @@ def combined(
     `fields` are as of `field_means`, `units` R and the unit of each unknown, as of `scaled`; `basis` is another
     division's, or None: to be found. Combinations weaker than `keep`, to the strongest, are left out.
     """
-    (R, unit), scale, size = units, decay_scale(box), math.prod(box.order)
+    (R, unit), scale = units, decay_scale(box)
     means = _mixed_means(problem, fields)
     if basis is None:
-        rows, B = _fluxes(problem, size, means)
+        rows, B = _fluxes(problem, means)
         strong = without_gradients(box, rows, _resisted(R, B * unit * scale[rows, None], problem.weight))
-        basis = _sized(rows, _strongest(strong, keep), scale)
-    shapes = np.zeros((3 * size, basis.size))
+        basis = _basis(rows, _strongest(strong, keep), scale)
+    shapes = np.zeros((scale.size, basis.size))
     shapes[basis.rows] = basis.fields * scale[basis.rows, None] ** 2
-    found: Any = sum(problem.transposed[b] @ (P @ shapes[a * size + columns]) for a, b, columns, P in means)
+    found: Any = sum(problem.transposed[b] @ (P @ shapes[rows]) for rows, b, P in means)
     return basis, found.T * unit
 
 
-def _sized(rows: Integers, strong: Array, scale: Array) -> Basis:
-    """Return combinations from those of coefficients over their sizes."""
+def _basis(rows: Integers, strong: Array, scale: Array) -> Basis:
+    """Return combinations from those of coefficients over their sizes, of any strength."""
     some = strong.any(axis=1)
-    return Basis(rows[some], strong[some] / scale[rows[some], None])
+    return Basis(rows[some], strong[some] / _sizes(strong) / scale[rows[some], None])
+
+
+def _sizes(strong: Array) -> Array:
+    """Return the strengths of combinations (rows, r)."""
+    return np.asarray(np.linalg.norm(strong, axis=0))
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
@@ -209,9 +223,9 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
 
 
 def _strongest(seen: Array, keep: float) -> Array:
-    """Return few orthonormal combinations of fields that hold nearly all of what is `seen` (fields, currents).
+    """Return few orthogonal combinations of fields, of their strength, that hold nearly all of what is `seen`.
 
-    Where there are many, they are found from random currents.
+    `seen` are (fields, currents). Where there are many, they are found from random currents.
     """
     size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > keep * 1e-2 * size.max())
@@ -231,34 +245,31 @@ def _strongest(seen: Array, keep: float) -> Array:
     kept = values > keep**2 * values[-1]
     basis = np.zeros((seen.shape[0], int(kept.sum())))
     basis[rows] = span @ vectors[:, kept]
-    return np.asarray(basis / np.linalg.norm(basis, axis=0))
+    return np.asarray(basis * (np.sqrt(values[kept]) / _sizes(basis)))
 
 
-def _mixed_means(problem: Problem, fields: Sequence[Parity]) -> list[tuple[int, int, Integers, Complex]]:
-    """Return what a class sees of fields: component, that of its moments, coefficients, sums of means over images.
+def _mixed_means(problem: Problem, fields: Sequence[Parity]) -> list[tuple[Integers, int, Complex]]:
+    """Return what a class sees: coefficients of a component, the moments that meet it, sums of means over images.
 
-    In classes of order m all with i + j of another parity than m, and half along z, cancel: a quarter is summed.
+    Of a class of order m all with i + j of another parity than m, and half along z, cancel: a quarter is summed.
     """
     pairs, weights, _ = problem.parts
-    found = []
+    found, size = [], sum(part.columns.size for part in fields)
     for part in fields:
         folded = weights @ part.signs
-        some = np.flatnonzero(np.abs(folded).max(axis=1) > _ROUNDING * np.abs(weights).max() * len(part.signs))
-        each = mixed(folded[some], part.means)
-        found += [(*pairs[k], part.columns, P) for k, P in zip(some.tolist(), each, strict=True)]
+        some = np.flatnonzero(np.abs(folded).max(axis=1) > _ROUNDING * len(part.signs))
+        for k, P in zip(some.tolist(), mixed(folded[some], part.means), strict=True):
+            found.append((pairs[k][0] * size + part.columns, pairs[k][1], P))
     return found
 
 
-def _fluxes(problem: Problem, size: int, means: list[tuple[int, int, Integers, Complex]]) -> tuple[Integers, Complex]:
+def _fluxes(problem: Problem, means: list[tuple[Integers, int, Complex]]) -> tuple[Integers, Complex]:
     """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
     largest = [np.abs(P).max(axis=0) for *_, P in means]
     least = _ROUNDING * max(each.max() for each in largest)
-    sees = np.zeros(3 * size, dtype=bool)
-    for (a, _, columns, _), each in zip(means, largest, strict=True):
-        sees[a * size + columns] |= each > least
-    rows = np.flatnonzero(sees)
+    rows = np.unique(np.concatenate([own[each > least] for (own, *_), each in zip(means, largest, strict=True)]))
     B = np.zeros((rows.size, problem.loops.unknowns), dtype=problem.parts[1].dtype)
-    for a, b, columns, P in means:
-        own = sees[a * size + columns]
-        B[np.searchsorted(rows, a * size + columns[own])] += (problem.transposed[b] @ P[:, own]).T
+    for own, b, P in means:
+        seen = np.isin(own, rows)
+        B[np.searchsorted(rows, own[seen])] += (problem.transposed[b] @ P[:, seen]).T
     return rows, B
