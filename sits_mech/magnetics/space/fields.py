@@ -73,38 +73,21 @@ def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> list[Parity]:
     flips = np.sign(relative[np.arange(len(first)), first][:, [0, 1], [0, 1]])
     few, place = np.unique(first, return_inverse=True)
     number, found = np.arange(math.prod(box.order)).reshape(box.order), []
-    axes = _image_values(plan, plan.group[few], prisms, box)
+    points, weights = gauss_points(prisms, 2)
+    moved = np.stack([points] * len(few))
+    moved[..., :2] = points[..., :2] @ np.swapaxes(plan.group[few], 1, 2)[:, None]
+    each = [chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3)]
+    each[0] *= weights[..., None]
     for parity in np.ndindex(2, 2, 2):
-        own = [np.ascontiguousarray(values[..., p::2]) for values, p in zip(axes, parity, strict=True)]
+        x, y, z = (values[..., p::2] for values, p in zip(each, parity, strict=True))
+        xy = (x[..., None] * y[..., None, :]).reshape(*x.shape[:3], -1)
         columns = number[tuple(slice(p, None, 2) for p in parity)].ravel()
-        if plan.tensor is not None:
-            means = np.einsum("xi,yj,zk->xyzijk", *own)
-        else:
-            xy = (own[0][..., None] * own[1][..., None, :]).reshape(*own[0].shape[:3], -1)
-            means = np.swapaxes(xy, 2, 3) @ own[2]
         signs = np.zeros((len(first), 2, len(few)))
         signs[np.arange(len(first)), :, place] = np.prod(flips ** parity[:2], axis=1)[:, None]
         signs[:, 1] *= (-1.0) ** parity[2]
-        found.append(Parity(columns, signs.reshape(-1, len(few)), means.reshape(len(few), 1, -1, columns.size)))
+        means = (np.swapaxes(xy, 2, 3) @ z).reshape(len(few), 1, -1, columns.size)
+        found.append(Parity(columns, signs.reshape(-1, len(few)), means))
     return found
-
-
-def _image_values(plan: CellPlan, turns: Array, prisms: Prisms, box: Box) -> list[Array]:
-    """Return T along x (weighted), y and z at points of images, (g, n, q, order); of a rectangle, means by axis."""
-    if plan.tensor is not None:
-        axes = *plan.tensor, np.unique(np.concatenate([prisms.low, prisms.high]))
-        return [_axis_means(axis / half, n) for axis, half, n in zip(axes, box.half, box.order, strict=True)]
-    points, weights = gauss_points(prisms, 2)
-    moved = np.stack([points] * len(turns))
-    moved[..., :2] = points[..., :2] @ np.swapaxes(turns, 1, 2)[:, None]
-    each = [chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3)]
-    return [each[0] * weights[..., None], *each[1:]]
-
-
-def _axis_means(nodes: Array, order: int) -> Array:
-    """Return the means of T_0 ... T_(order-1) between nodes by two Gauss points, shape (intervals, order)."""
-    middle, half = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes) / 2
-    return np.asarray(sum(chebyshev_values(middle + way * half / np.sqrt(3.0), order) for way in (-1.0, 1.0)) / 2.0)
 
 
 def chebyshev_values(x: Array, order: int) -> Array:

@@ -52,7 +52,7 @@ from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
-_WEAK = 3e-6  # the same, to the strongest of all classes of a round plate: L is as by 1e-7 to 1e-6 of its change
+_WEAK = 4e-6  # the same, to the strongest of all classes of a round plate: L is as by 1e-7 to 1e-6 of its change
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 _Key = tuple[int, int]  # of a class, by order and mirror
