@@ -137,14 +137,15 @@ def shared_bases(
     if not np.iscomplex(divisions[0][0].characters).any():
         return {}
     scale, plans = decay_scale(box), {id(plan): (plan, levels) for plan, levels in divisions[::-1]}
-    levels_of = [
-        (dict(problems(*division, metal[1])), field_means(division[0], stacked(*division), box))
-        for division in plans.values()
-    ]
+    seeing: dict[_Key, list[tuple[Problem, list[Parity]]]] = {}
+    for plan, levels in plans.values():
+        fields = field_means(plan, stacked(plan, levels), box)
+        for key, problem in problems(plan, levels, metal[1]):
+            seeing.setdefault(key, []).append((problem, fields))
     strong: dict[_Key, tuple[Integers, Array]] = {}
-    for key in dict.fromkeys(key for classes, _ in levels_of for key in classes):
+    for key, each in seeing.items():
         seen, places = [], []
-        for problem, fields in ((classes[key], fields) for classes, fields in levels_of if key in classes):
+        for problem, fields in each:
             rows, B = _fluxes(problem, _mixed_means(problem, fields))
             part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
             places.append(rows)
@@ -152,10 +153,10 @@ def shared_bases(
             seen[-1][rows] = part
         rows = np.unique(np.concatenate(places))
         strong[key] = rows, _strongest(without_gradients(box, rows, np.hstack(seen)[rows]), _WEAK)
-    most = max(_sizes(each).max() for _, each in strong.values())
+    most = max(_sizes(found).max() for _, found in strong.values())
     return {
-        key: _basis(rows, each[:, _sizes(each) >= min(_WEAK * most, _sizes(each).max())], scale)
-        for key, (rows, each) in strong.items()
+        key: _basis(rows, found[:, _sizes(found) >= min(_WEAK * most, _sizes(found).max())], scale)
+        for key, (rows, found) in strong.items()
     }
 
 
