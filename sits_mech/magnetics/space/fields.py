@@ -73,7 +73,12 @@ def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> list[Parity]:
     flips = np.sign(relative[np.arange(len(first)), first][:, [0, 1], [0, 1]])
     few, place = np.unique(first, return_inverse=True)
     number, found = np.arange(math.prod(box.order)).reshape(box.order), []
-    points, weights = gauss_points(prisms, 2)
+    if plan.tensor is None:
+        points, weights = gauss_points(prisms, 2)
+    else:  # the same of boxes
+        c, gauss = prisms.corners, tensor_grid(*3 * [np.array([-1.0, 1.0]) / math.sqrt(3.0)]).reshape(-1, 3)
+        low, high = np.c_[c.min(1), prisms.low][:, None], np.c_[c.max(1), prisms.high][:, None]
+        points, weights = (low + high + (high - low) * gauss) / 2, np.full((len(c), 8), 1.0 / 8.0)
     moved = np.stack([points] * len(few))
     moved[..., :2] = points[..., :2] @ np.swapaxes(plan.group[few], 1, 2)[:, None]
     each = [chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3)]

@@ -55,6 +55,7 @@ _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the
 _WEAK = 4e-6  # the same, to the strongest of all classes of a round plate: L is as by 1e-7 to 1e-6 of its change
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
+_sizes = partial(np.linalg.norm, axis=0)  # strengths of combinations (rows, r)
 _Key = tuple[int, int]  # of a class, by order and mirror
 _ARRAYS = ("diagonal", "off_diagonal", "coupling"), ("matrix",)  # of a class at all frequencies, or at one
 
@@ -144,14 +145,13 @@ def shared_bases(
             seeing.setdefault(key, []).append((problem, fields))
     strong: dict[_Key, tuple[Integers, Array]] = {}
     for key, each in seeing.items():
-        seen, places = [], []
+        seen, sees = [], np.zeros(scale.size, dtype=bool)
         for problem, fields in each:
             rows, B = _fluxes(problem, _mixed_means(problem, fields))
             part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
-            places.append(rows)
             seen.append(np.zeros((scale.size, part.shape[1])))
-            seen[-1][rows] = part
-        rows = np.unique(np.concatenate(places))
+            seen[-1][rows], sees[rows] = part, True
+        rows = np.flatnonzero(sees)
         strong[key] = rows, _strongest(without_gradients(box, rows, np.hstack(seen)[rows]), _WEAK)
     most = max(_sizes(found).max() for _, found in strong.values())
     return {
@@ -208,11 +208,6 @@ def _basis(rows: Integers, strong: Array, scale: Array) -> Basis:
     """Return combinations from those of coefficients over their sizes, of any strength."""
     some = strong.any(axis=1)
     return Basis(rows[some], strong[some] / _sizes(strong) / scale[rows[some], None])
-
-
-def _sizes(strong: Array) -> Array:
-    """Return the strengths of combinations (rows, r)."""
-    return np.asarray(np.linalg.norm(strong, axis=0))
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
