@@ -77,13 +77,13 @@ def lowest_served(top: float) -> float:
     return float(top * 10.0 ** (-1.0 - _UP))
 
 
-def tops(frequency: float, *, lowest: float = -math.inf) -> list[tuple[float, float]]:
+def tops(frequency: float, *, least_step: float = -math.inf) -> list[tuple[float, float]]:
     """Return the frequencies that are prepared for [Hz], and their shares; those of no share are left out.
 
-    `lowest` is the least m of those that a model prepares: the preparation for that frequency answers all below it.
+    `least_step` is the least m of those that a model prepares: the preparation for that frequency answers all below it.
     """
     y = math.log10(frequency / _FREQUENCY)
-    step = int(max(math.ceil(y), lowest))
+    step = int(max(math.ceil(y), least_step))
     share = float(_rise(np.array((step - y) / _UP)))
     found = ((_FREQUENCY * 10.0**step, share), (_FREQUENCY * 10.0 ** (step + 1), 1.0 - share))
     return [(top, own) for top, own in found if own > 0.0]
@@ -107,15 +107,15 @@ def together(parts: Sequence[list[tuple[Integers, Array]]]) -> Iterator[tuple[tu
 
 
 def serving(
-    gaps: Sequence[tuple[Array, float]], frequency: float, *, lowest: float = -math.inf
+    gaps: Sequence[tuple[Array, float]], frequency: float, *, least_step: float = -math.inf
 ) -> Iterator[tuple[list[float], float, Integers, Array]]:
     """Yield preparations that serve some poses: clearance of each plate [m], top [Hz]; which poses, and their shares.
 
-    `gaps` are of each plate, (p,) and its anchor [m], as of `clearances`; `lowest` as of `tops`.
+    `gaps` are of each plate, (p,) and its anchor [m], as of `clearances`; `least_step` as of `tops`.
     """
     for steps, some, share in together([clearances(*gap) for gap in gaps]):
         clear = [clearance_of(step, anchor) for step, (_, anchor) in zip(steps, gaps, strict=True)]
-        for top, own in tops(frequency, lowest=lowest):
+        for top, own in tops(frequency, least_step=least_step):
             yield clear, top, some, own * share
 
 

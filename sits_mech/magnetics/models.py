@@ -140,15 +140,11 @@ def _of_planar(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     return (Omission(OmissionKind.AIR), *_of_section(sensor, question))
 
 
-def _of_axisymmetric(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-    """Return what rings leave out of spirals."""
-    found, spiral = _of_air(sensor, question), any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
+def _of_axisymmetric(sensor: Sensor, question: Question, *, air: bool = False) -> tuple[Omission, ...]:
+    """Return what rings leave out of spirals, and unless elements mesh it the air."""
+    found = tuple(item for item in _of_air(sensor, question) if not air or item.kind != OmissionKind.AIR)
+    spiral = any(coil.is_round and coil.winding == "spiral" for coil in sensor.coils)
     return (Omission(OmissionKind.PITCH, _pitch(sensor, question)), *found) if spiral else found
-
-
-def _of_axisymmetric_fem(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-    """Return what finite elements on the axis leave out of spirals; they mesh the air."""
-    return tuple(item for item in _of_axisymmetric(sensor, question) if item.kind != OmissionKind.AIR)
 
 
 def _pitch(sensor: Sensor, question: Question) -> float:
@@ -201,7 +197,7 @@ SHEETS = Description(
 )
 AXISYMMETRIC_FEM = Description(
     "axisymmetric-fem", f"{_ROOM}axis_fem:axisymmetric_fem",
-    partial(_on_axis, "axisymmetric-fem", "axis_fem:not_representable"), _of_axisymmetric_fem,
+    partial(_on_axis, "axisymmetric-fem", "axis_fem:not_representable"), partial(_of_axisymmetric, air=True),
     (Rung(1e-2, 15_000, 2, 0.1, 0.4), Rung(1e-3, 20_000, 2, 0.1, 0.6), Rung(0.0, 60_000, 4, 0.1, 3.0)),
     1e-6, power=2.0, even=True,
 )

@@ -128,8 +128,8 @@ class Sheets:
         if any(part.susceptibility != 0.0 for part in parts):
             tracks = None
         found = _Change(np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0)
-        gaps, lowest = self._gaps(parts)
-        for (*clear, room), top, some, share in serving(gaps, frequency, lowest=lowest):
+        gaps, least_step = self._gaps(parts)
+        for (*clear, room), top, some, share in serving(gaps, frequency, least_step=least_step):
             one = self._change([part.among(some) for part in parts], clear, room, (frequency, top), tracks)
             found = found.with_share(one, some, share)
         value, error = found.parts[:2]
@@ -140,7 +140,7 @@ class Sheets:
         return Reaction(value, error, relative, found.unknowns, 1, notes=notes, shared=found.parts[2:4], tracks=uneven)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
-        """Return plates' gaps with their anchors, then the target's room, and the lowest frequency prepared [Hz]."""
+        """Return plates' gaps with their anchors, then the target's room, and the least step of the frequencies."""
         drawn = any(part.shape == "outline" for part in self.sensor.conductors)
         found = [*((part.gap, part.anchor) for part in parts), target_room(self.like or self.sensor, parts[0])]
         if self.steady:

@@ -126,7 +126,7 @@ class Whole:
             return found
         sensor = self.sensor.model_copy(update={"frequency": frequency})
         every = self.description.omissions(sensor, Question(pose=pose, answer=(pose, found), closely=True))
-        counted = tuple(item for item in every if item.counts and item.size != 0.0)
+        counted = tuple(item for item in every if item.weighs)
         report = added(found.report, counted)
         ends = ends_of_plates(sensor, pose, found) if self.description.per_metre else None
         known = OmissionKind.PLATE_ENDS if ends is not None else None

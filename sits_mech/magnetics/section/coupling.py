@@ -78,7 +78,10 @@ def samples(source: Filaments, pose: Pose, thickness: float, nodes: Complex) -> 
     slope = _slope(source, (middle + turn * nodes).ravel()).reshape(middle.size, nodes.size, -1) * turn[..., None]
     parts = [slope.real, slope.imag]
     if source.radius is not None:
-        parts.append(_potential(source, middle.ravel(), source.radius)[:, None])
+        places, points = source.x + 1j * source.z, middle.reshape(-1, 1)
+        image = source.radius - points * places.conj() / source.radius
+        logs = np.log(np.abs(points - places)) - np.log(np.abs(image))
+        parts.append((-mu_0 / (2 * np.pi) * logs @ source.current)[:, None])
     return np.swapaxes(np.concatenate(parts, axis=1), 1, 2)
 
 
@@ -119,14 +122,6 @@ def _slope(source: Filaments, points: Complex) -> Complex:
             mirror = source.x - 1j * source.z
             result[part] += (mirror / (source.radius**2 - points[part, None] * mirror)) @ source.current
     return np.asarray(-mu_0 / (2 * np.pi) * result)
-
-
-def _potential(source: Filaments, points: Complex, radius: float) -> Array:
-    """Return Re f of every coil at points inside the grounded circle, shape (points, coils)."""
-    places = source.x + 1j * source.z
-    image = radius - points[:, None] * places.conj() / radius
-    logs = np.log(np.abs(points[:, None] - places)) - np.log(np.abs(image))
-    return -mu_0 / (2 * np.pi) * logs @ source.current
 
 
 @dataclass(frozen=True)

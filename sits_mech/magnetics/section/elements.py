@@ -89,7 +89,9 @@ def solve_field(
     for plate, part, K, s in zip(plates, parts[1:], stiffness[1:], k2, strict=True):
         D = D + (1.0 / plate.relative_permeability - 1.0) * K + s * mass.assemble(part).tocsr()
     K0 = sum(stiffness[1:], stiffness[0])
-    g = _source(basis, parts[1:], coils, ground)
+    g, dofs = np.zeros((basis.N, len(coils))), np.unique(np.concatenate([_dofs(part) for part in parts[1:]]))
+    x, z = basis.doflocs[:, dofs]
+    g[dofs] = coil_potentials(coils, x + 1j * z, ground)
     for plate, part, m in zip(plates, parts[1:], weights, strict=True):
         if plate.isolated:  # a constant in the plate changes e_k alone, and would cost digits
             g[_dofs(part)] -= m @ g / m.sum()
@@ -104,15 +106,6 @@ def solve_field(
 def _dofs(part: Basis) -> Integers:
     """Return unknowns of a part, its rim included."""
     return np.unique(part.element_dofs)
-
-
-def _source(basis: Basis, parts: list[Basis], coils: tuple[CoilBars, ...], ground: float | None) -> Array:
-    """Return g: the coils' potential at the plates' nodes."""
-    g = np.zeros((basis.N, len(coils)))
-    dofs = np.unique(np.concatenate([_dofs(part) for part in parts]))
-    x, z = basis.doflocs[:, dofs]
-    g[dofs] = coil_potentials(coils, x + 1j * z, ground)
-    return g
 
 
 def _open_boundary(basis: Basis, division: DividedPlane, ground: float | None) -> csr_matrix:

@@ -235,7 +235,9 @@ def prepare_plate(
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
     charges = probe_charges(size, lengths.clearance)
-    sampled, potentials = _sampled(places, charges), _potentials(cells, charges)
+    slopes = (1.0 / (places[:, None] - image) for image in quadrant_images(charges))  # f' of f = ln(p - p_k)
+    sampled = tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
+    potentials = _potentials(cells, charges)
     weight = 1.0 / np.linalg.norm(sampled[0], axis=0)
     modes, bases = [], []
     for parities in CLASSES:
@@ -291,12 +293,6 @@ def _image_logs(cells: RectangularCells, unit: float) -> tuple[Array, Array, Arr
         return np.asarray(mean_log(dx, dz, first, second) - np.log(unit))
 
     return logs(1, 1), logs(-1, 1), logs(1, -1), logs(-1, -1)
-
-
-def _sampled(nodes: Complex, charges: Complex) -> tuple[Array, ...]:
-    """Return Re f' and Im f' at the nodes of each charge and its images, with f = ln(p - p_k); each (2 m, charges)."""
-    slopes = (1.0 / (nodes[:, None] - image) for image in quadrant_images(charges))
-    return tuple(np.concatenate([slope.real, slope.imag]) for slope in slopes)
 
 
 def _potentials(cells: RectangularCells, charges: Complex) -> tuple[Array, ...]:

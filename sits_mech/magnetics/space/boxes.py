@@ -14,7 +14,7 @@ Source: C. Hoer and C. Love, J. Res. NBS 69C (1965) 127.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,15 +40,10 @@ def box_means(x: Array, y: Array, z: Array) -> Array:
     for i, slab in enumerate(F):  # the whole in quadruple storage would rule the memory
         whole = _differences(_differences(slab[None], 2, axes[1]), 4, axes[2]).astype(float)
         G = _mean_inverse(whole / scale, [axes[0].row(i), *axes[1:]], scale)
-        for octant, (X, Y, Z) in _octants(n):
+        for octant in np.ndindex(2, 2, 2):  # which second boxes lie in it, from the middle on
+            X, Y, Z = (slice(m - 1, None, -1) if p else slice(m, None) for m, p in zip(n, octant, strict=True))
             result[octant][i] = G[0, X, :, Y, :, Z].transpose(1, 3, 0, 2, 4)
     return result.reshape(2, 2, 2, np.prod(n), np.prod(n))
-
-
-def _octants(n: Sequence[int]) -> Iterator[tuple[tuple[int, ...], list[slice]]]:
-    """Yield each octant, and which second boxes lie in it along the axes, from the middle on."""
-    for octant in np.ndindex(2, 2, 2):
-        yield octant, [slice(m - 1, None, -1) if p else slice(m, None) for m, p in zip(n, octant, strict=True)]
 
 
 @dataclass(frozen=True)

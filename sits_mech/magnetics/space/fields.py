@@ -6,6 +6,7 @@ coefficients fall and so how many there are (`divisions.field_box`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,6 +19,7 @@ from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
 HELD = 4_000_000  # numbers at once
+_SAME = 1e-9  # of images that differ by signs, by rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,33 +57,42 @@ def to_coefficients(order: int) -> Array:
     return np.asarray(T)
 
 
-def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> Array:
-    """Return the mean of each T_i T_j T_k over each cell's images, (g, 2, n, coefficients).
+@dataclass(frozen=True, eq=False)
+class Parity:
+    """Means over cells of the products T_i T_j T_k that are even or odd in each of x, y and z."""
 
-    Of a rectangle, of which all images are the same but for signs, those of the cells, (1, 1, n, coefficients).
-    """
-    if plan.tensor is not None:
-        axes = *plan.tensor, np.unique(np.concatenate([prisms.low, prisms.high]))
-        each = [_axis_means(axis / half, n) for axis, half, n in zip(axes, box.half, box.order, strict=True)]
-        return np.asarray(np.einsum("xi,yj,zk->xyzijk", *each)).reshape(1, 1, len(prisms.low), -1)
-    points, weights = gauss_points(prisms, 2)
-    n, q = weights.shape
-    result = np.empty((plan.group.shape[0], 2, n, int(np.prod(box.order))))
-    for k, g in enumerate(plan.group):
-        moved = points.copy()
-        moved[..., :2] = points[..., :2] @ g.T
-        for s in (0, 1):
-            moved[..., 2] = (1 - 2 * s) * points[..., 2]
-            x, y, z = (chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3))
-            xy = (x * weights[..., None])[..., :, None] * y[..., None, :]
-            result[k, s] = np.matmul(xy.reshape(n, q, -1).transpose(0, 2, 1), z).reshape(n, -1)
-    return result
+    columns: Integers  # (c,) which coefficients
+    signs: Array  # (images, g) +-1 where an image is a mirror image, or half a turn, of one of g
+    means: Array  # (g, 1, n, c) over the upper cells' images by these
 
 
-def _axis_means(nodes: Array, order: int) -> Array:
-    """Return the means of T_0 ... T_(order-1) between nodes by two Gauss points, shape (intervals, order)."""
-    middle, half = (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes) / 2
-    return np.asarray(sum(chebyshev_values(middle + way * half / np.sqrt(3.0), order) for way in (-1.0, 1.0)) / 2.0)
+def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> list[Parity]:
+    """Return the mean of each T_i T_j T_k over each cell's images, of which some differ by signs alone."""
+    relative = np.einsum("gij,hkj->ghik", plan.group, plan.group)
+    first = (np.abs(relative[..., 0, 1]) + np.abs(relative[..., 1, 0]) < _SAME).argmax(axis=1)
+    flips = np.sign(relative[np.arange(len(first)), first][:, [0, 1], [0, 1]])
+    few, place = np.unique(first, return_inverse=True)
+    number, found = np.arange(math.prod(box.order)).reshape(box.order), []
+    if plan.tensor is None:
+        points, weights = gauss_points(prisms, 2)
+    else:  # the same of boxes
+        c, gauss = prisms.corners, tensor_grid(*3 * [np.array([-1.0, 1.0]) / math.sqrt(3.0)]).reshape(-1, 3)
+        low, high = np.c_[c.min(1), prisms.low][:, None], np.c_[c.max(1), prisms.high][:, None]
+        points, weights = (low + high + (high - low) * gauss) / 2, np.full((len(c), 8), 1.0 / 8.0)
+    moved = np.stack([points] * len(few))
+    moved[..., :2] = points[..., :2] @ np.swapaxes(plan.group[few], 1, 2)[:, None]
+    each = [chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3)]
+    each[0] *= weights[..., None]
+    for parity in np.ndindex(2, 2, 2):
+        x, y, z = (values[..., p::2] for values, p in zip(each, parity, strict=True))
+        xy = (x[..., None] * y[..., None, :]).reshape(*x.shape[:3], -1)
+        columns = number[tuple(slice(p, None, 2) for p in parity)].ravel()
+        signs = np.zeros((len(first), 2, len(few)))
+        signs[np.arange(len(first)), :, place] = np.prod(flips ** parity[:2], axis=1)[:, None]
+        signs[:, 1] *= (-1.0) ** parity[2]
+        means = (np.swapaxes(xy, 2, 3) @ z).reshape(len(few), 1, -1, columns.size)
+        found.append(Parity(columns, signs.reshape(-1, len(few)), means))
+    return found
 
 
 def chebyshev_values(x: Array, order: int) -> Array:

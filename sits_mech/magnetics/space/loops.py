@@ -106,7 +106,9 @@ def plan_sums(plan: CellPlan, depth: float) -> Sums:
     area, centre = signed_area(corners), _centroids(corners)
     lever = (corners + np.roll(corners, -1, axis=1)) / 2 - centre[:, None, :]
     net = sp.kron(sp.eye_array(area.size), np.ones((1, 4)))
-    of_edges = sp.csr_array(sp.vstack([*_levers(lever), net, _pair_sums(corners, area)]))
+    rows, columns = np.repeat(np.arange(area.size), 4), np.arange(4 * area.size)
+    x, y = (sp.csr_array((lever[..., k].ravel(), (rows, columns)), shape=net.shape) for k in (0, 1))
+    of_edges = sp.csr_array(sp.vstack([x, y, net, _pair_sums(corners, area)]))
     return Sums(plan, plan_seams(plan), area, _near_rim(plan, centre, depth), of_edges)
 
 
@@ -213,14 +215,6 @@ def _tree_flux(plan: CellPlan, seams: Seams, character: Complex, at_rim: Mask) -
     values = np.column_stack([np.ones(chosen.size), -phases[chosen]]).ravel()
     columns = np.repeat(np.arange(chosen.size), 2)
     return sp.csr_array((values, (rows, columns)), shape=(plan.cells.size, chosen.size))
-
-
-def _levers(lever: Array) -> tuple[sp.csr_array, sp.csr_array]:
-    """Return sums over a cell's edges of outward current times the edge middle's x and y from the cell's centre."""
-    cells = lever.shape[0]
-    rows, columns = np.repeat(np.arange(cells), 4), np.arange(4 * cells)
-    x, y = (sp.csr_array((lever[..., k].ravel(), (rows, columns)), shape=(cells, 4 * cells)) for k in (0, 1))
-    return x, y
 
 
 def _pair_sums(corners: Array, area: Array) -> sp.csr_array:

@@ -39,7 +39,6 @@ from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
     first_alike,
-    image_classes,
     kernel,
     mixed,
     problems,
@@ -48,13 +47,15 @@ from sits_mech.magnetics.space.classes import (
     stacked,
 )
 from sits_mech.magnetics.space.coupling import Sheeted
-from sits_mech.magnetics.space.fields import Basis, Box, decay_scale, field_means, without_gradients
+from sits_mech.magnetics.space.fields import Basis, Box, Parity, decay_scale, field_means, without_gradients
 from sits_mech.magnetics.space.sources import Sources
 from sits_mech.quantities import Array, Complex, Integers
 
 _KEEP = 1e-5  # weaker combinations of fields are left out: their energy, to the strongest, is the square
+_WEAK = 4e-6  # the same, to the strongest of all classes of a round plate: L is as by 1e-7 to 1e-6 of its change
 _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
+_sizes = partial(np.linalg.norm, axis=0)  # strengths of combinations (rows, r)
 _Key = tuple[int, int]  # of a class, by order and mirror
 _ARRAYS = ("diagonal", "off_diagonal", "coupling"), ("matrix",)  # of a class at all frequencies, or at one
 
@@ -132,25 +133,31 @@ def shared_bases(
 
     A class has few cells across a sector, in whose means other divisions' are not; and fields of orders that the
     sectors of one do not tell from lower ones. By the first division's alone, discs beside their coils were 3e-3 off.
+    Classes add to one Delta Z: what is weak is so to the strongest combination of them all, `_WEAK`.
     """
-    each: dict[_Key, list[tuple[Integers, Array]]] = {}
+    if not np.iscomplex(divisions[0][0].characters).any():
+        return {}
     scale, plans = decay_scale(box), {id(plan): (plan, levels) for plan, levels in divisions[::-1]}
-    for plan, levels in plans.values() if np.iscomplex(divisions[0][0].characters).any() else ():
+    seeing: dict[_Key, list[tuple[Problem, list[Parity]]]] = {}
+    for plan, levels in plans.values():
         fields = field_means(plan, stacked(plan, levels), box)
         for key, problem in problems(plan, levels, metal[1]):
-            rows, B = _fluxes(problem, box, fields, None)
-            R = resistances(problem, metal[0])
-            each.setdefault(key, []).append((rows, _resisted(R, B * scale[rows, None], problem.weight)))
-    found = {}
-    for key, parts in each.items():
-        rows = np.unique(np.concatenate([own for own, _ in parts]))
-        seen = [np.zeros((rows.size, part.shape[1])) for _, part in parts]
-        for whole, (own, part) in zip(seen, parts, strict=True):
-            whole[np.searchsorted(rows, own)] = part
-        strong = _strongest(without_gradients(box, rows, np.hstack(seen)), _KEEP) / scale[rows, None]
-        some = strong.any(axis=1)
-        found[key] = Basis(rows[some], strong[some])
-    return found
+            seeing.setdefault(key, []).append((problem, fields))
+    strong: dict[_Key, tuple[Integers, Array]] = {}
+    for key, each in seeing.items():
+        seen, sees = [], np.zeros(scale.size, dtype=bool)
+        for problem, fields in each:
+            rows, B = _fluxes(problem, _mixed_means(problem, fields))
+            part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
+            seen.append(np.zeros((scale.size, part.shape[1])))
+            seen[-1][rows], sees[rows] = part, True
+        rows = np.flatnonzero(sees)
+        strong[key] = rows, _strongest(without_gradients(box, rows, np.hstack(seen)[rows]), _WEAK)
+    most = max(_sizes(found).max() for _, found in strong.values())
+    return {
+        key: _basis(rows, found[:, _sizes(found) >= min(_WEAK * most, _sizes(found).max())], scale)
+        for key, (rows, found) in strong.items()
+    }
 
 
 def matrices_of(
@@ -164,20 +171,21 @@ def matrices_of(
     """
     (conductivity, depth), (box, sources), prisms, first = metal, seen, stacked(plan, levels), not bases
     means = kernel(plan, levels, prisms)
-    fields = None if box is None else field_means(plan, prisms, box)
+    fields = [] if box is None else field_means(plan, prisms, box)
     driving = None if sources is None else sources.means(plan, prisms)
     for key, problem in problems(plan, levels, depth):
         L, R, unit = scaled(problem, means, conductivity)
         B: Any = np.zeros((0, len(unit)))
         if box is not None and (first or key in bases):
-            bases[key], B = combined(problem, box, np.asarray(fields), (R, unit), bases.get(key), keep)
+            bases[key], B = combined(problem, box, fields, (R, unit), bases.get(key), keep)
         if driving is not None:
             B = np.vstack([B, driven(problem, driving) * unit])
         yield key, problem, (L, R, unit), B
 
 
 def combined(
-    problem: Problem, box: Box, fields: Array, units: tuple[Complex, Array], basis: Basis | None, keep: float = _KEEP
+    problem: Problem, box: Box, fields: Sequence[Parity], units: tuple[Complex, Array], basis: Basis | None,
+    keep: float = _KEEP,
 ) -> tuple[Basis, Complex]:
     """Return a class's combinations of fields, and their fluxes (r, unknowns).
 
@@ -185,14 +193,21 @@ def combined(
     division's, or None: to be found. Combinations weaker than `keep`, to the strongest, are left out.
     """
     (R, unit), scale = units, decay_scale(box)
-    rows, B = _fluxes(problem, box, fields, None if basis is None else basis.rows)
-    B = B * unit * scale[rows, None]
+    means = _mixed_means(problem, fields)
     if basis is None:
-        strong = without_gradients(box, rows, _resisted(R, B, problem.weight))
-        fields = _strongest(strong, keep) / scale[rows, None]
-        some = fields.any(axis=1)
-        basis = Basis(rows[some], fields[some])
-    return basis, (basis.fields * scale[basis.rows, None]).T @ B[np.searchsorted(rows, basis.rows)]
+        rows, B = _fluxes(problem, means)
+        strong = without_gradients(box, rows, _resisted(R, B * unit * scale[rows, None], problem.weight))
+        basis = _basis(rows, _strongest(strong, keep), scale)
+    shapes = np.zeros((scale.size, basis.size))
+    shapes[basis.rows] = basis.fields * scale[basis.rows, None] ** 2
+    found: Any = sum(problem.transposed[b] @ (P @ shapes[rows]) for rows, b, P in means)
+    return basis, found.T * unit
+
+
+def _basis(rows: Integers, strong: Array, scale: Array) -> Basis:
+    """Return combinations from those of coefficients over their sizes, of any strength."""
+    some = strong.any(axis=1)
+    return Basis(rows[some], strong[some] / _sizes(strong) / scale[rows[some], None])
 
 
 def _resisted(R: Complex, B: Complex, weight: float) -> Array:
@@ -204,9 +219,9 @@ def _resisted(R: Complex, B: Complex, weight: float) -> Array:
 
 
 def _strongest(seen: Array, keep: float) -> Array:
-    """Return few orthonormal combinations of fields that hold nearly all of what is `seen` (fields, currents).
+    """Return few orthogonal combinations of fields, of their strength, that hold nearly all of what is `seen`.
 
-    Where there are many, they are found from random currents.
+    `seen` are (fields, currents). Where there are many, they are found from random currents.
     """
     size = np.linalg.norm(seen, axis=1)
     rows = np.flatnonzero(size > keep * 1e-2 * size.max())
@@ -226,27 +241,31 @@ def _strongest(seen: Array, keep: float) -> Array:
     kept = values > keep**2 * values[-1]
     basis = np.zeros((seen.shape[0], int(kept.sum())))
     basis[rows] = span @ vectors[:, kept]
-    return np.asarray(basis / np.linalg.norm(basis, axis=0))
+    return np.asarray(basis * (np.sqrt(values[kept]) / _sizes(basis)))
 
 
-def _fluxes(problem: Problem, box: Box, fields: Array, rows: Integers | None) -> tuple[Integers, Complex]:
+def _mixed_means(problem: Problem, fields: Sequence[Parity]) -> list[tuple[Integers, int, Complex]]:
+    """Return what a class sees: coefficients of a component, the moments that meet it, sums of means over images.
+
+    Of a class of order m all with i + j of another parity than m, and half along z, cancel: a quarter is summed.
+    """
+    pairs, weights, _ = problem.parts
+    found, size = [], sum(part.columns.size for part in fields)
+    for part in fields:
+        folded = weights @ part.signs
+        some = np.flatnonzero(np.abs(folded).max(axis=1) > _ROUNDING * len(part.signs))
+        for k, P in zip(some.tolist(), mixed(folded[some], part.means), strict=True):
+            found.append((pairs[k][0] * size + part.columns, pairs[k][1], P))
+    return found
+
+
+def _fluxes(problem: Problem, means: list[tuple[Integers, int, Complex]]) -> tuple[Integers, Complex]:
     """Return which of the three components' coefficients a class sees, and their fluxes B (rows, unknowns)."""
-    pairs, weights, moments = problem.parts
-    sees = np.zeros((3, fields.shape[-1]), dtype=bool)
-    if problem.plan.tensor is not None:
-        x, y, z = np.indices(box.order).reshape(3, -1) % 2
-        images = image_classes(weights)
-        means: Any = [8.0 * sign * fields[0, 0] for _, sign in images]
-        for (a, _), ((along, across), _) in zip(pairs, images, strict=True):
-            sees[a] |= (x + 2 * y == along) & (z == across)
-    else:  # most are of another symmetry than the class
-        means = mixed(weights, fields)
-        least = _ROUNDING * max(np.abs(P).max() for P in means)
-        for (a, _), P in zip(pairs, means, strict=True):
-            sees[a] |= np.abs(P).max(axis=0) > least
-    if rows is not None:
-        sees = np.isin(np.arange(sees.size), rows).reshape(sees.shape)
-    B: Any = [np.zeros((np.count_nonzero(some), problem.loops.unknowns), dtype=weights.dtype) for some in sees]
-    for (a, b), P in zip(pairs, means, strict=True):
-        B[a] += (moments[b].T @ P[:, sees[a]]).T
-    return np.flatnonzero(sees), np.vstack(B)
+    largest = [np.abs(P).max(axis=0) for *_, P in means]
+    least = _ROUNDING * max(each.max() for each in largest)
+    rows = np.unique(np.concatenate([own[each > least] for (own, *_), each in zip(means, largest, strict=True)]))
+    B = np.zeros((rows.size, problem.loops.unknowns), dtype=problem.parts[1].dtype)
+    for own, b, P in means:
+        seen = np.isin(own, rows)
+        B[np.searchsorted(rows, own[seen])] += (problem.transposed[b] @ P[:, seen]).T
+    return rows, B

@@ -48,10 +48,6 @@ class _Class:
     seen: Any  # what combinations of other fields and coils at rest induce in it (m, reduced)
     columns: Integers  # which of all those are these
 
-    def induced(self, fluxes: Complex) -> Any:
-        """Return what fluxes (m, unknowns) induce in the reduced currents."""
-        return self.reduced.induced(fluxes)
-
     def admittance(self, omega: float) -> Complex:
         """Return Y of what it sees besides coils in poses; omega [rad/s]."""
         return self.reduced.reaction(self.seen, omega)
@@ -202,8 +198,7 @@ def _reduced(
         whole = factored(L, R, omega)
     else:
         whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
-    part = _Class(problem, unit, whole, np.zeros((0, len(unit))), np.zeros(0, dtype=int))
-    return replace(part, seen=part.induced(B))
+    return _Class(problem, unit, whole, whole.induced(B), np.zeros(0, dtype=int))
 
 
 def _at_rest(
@@ -239,7 +234,7 @@ def _reactions(
         along = {plan: plate.cells.along(own) for plan, plate in plans.items()}
         for plate, result in zip(divisions, results, strict=True):
             driving = plate.cells.means(along[id(plate.cells.plan)])
-            induced = [part.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
+            induced = [part.reduced.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
             result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
             if plate is shown and asked is not None:
                 moments = np.asarray(sum(map(_Class.cell_moments, plate.classes, induced, repeat(omega))))

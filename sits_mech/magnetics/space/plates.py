@@ -89,13 +89,6 @@ def holed(plate: Target | Conductor, frequency: float) -> bool:
     return max(plate.extent) / 2 > _INSULATING * depth
 
 
-def _check_hole(plate: Target, frequency: float) -> None:
-    """Refuse a frequency at which a permeable plate has a hole that is not held."""
-    if holed(plate, frequency):
-        must = "sheets: the frequency must be so low that no current goes around the hole of a permeable part"
-        raise SceneError(f"{must}; got {frequency:g} Hz")
-
-
 def saturation_notes(coils: Sequence[Coil], parts: Sequence[PlacedPlate]) -> Iterator[Note]:
     """Note the largest field on permeable parts, for whoever knows where they saturate."""
     for part in parts:
@@ -126,7 +119,9 @@ def divided_plate(
 ) -> Divided:
     """Prepare a plate for clearances from coils and from fixed plates on, a target's room, and up to a frequency."""
     plate, sources, metal = part.plate, part.sources, part.plate.metal
-    _check_hole(plate, frequency[0])
+    if holed(plate, frequency[0]):
+        must = "sheets: the frequency must be so low that no current goes around the hole of a permeable part"
+        raise SceneError(f"{must}; got {frequency[0]:g} Hz")
     if part.susceptibility != 0.0:
         seen = clear[1] if sources is None else clear[0], sources
         reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
@@ -143,7 +138,9 @@ def divided_plate(
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
-    return Divided(divisions, thickness, lost, close, _notes(thickness, divisions[-1].sheets, lost))
+    notes = [Note.of(NoteKind.SKIN, depths=float(thickness), sheets=int(divisions[-1].sheets))]
+    notes += [Note.of(NoteKind.GAP_SMALL, share=float(lost))] if lost >= 1e-3 else []
+    return Divided(divisions, thickness, lost, close, tuple(notes))
 
 
 def _answering(asked: Any, part: PlateRequest, frequency: float, way: tuple[bool, float]) -> tuple[Any, ...]:
@@ -158,9 +155,3 @@ def _answering(asked: Any, part: PlateRequest, frequency: float, way: tuple[bool
     if not way[0]:
         return prepared(plate, rung, scale, part.become, alone)
     return prepared_near(plate, rung, scale, nearby, part.become, alone)
-
-
-def _notes(ratio: float, sheets_used: int, unseen: float) -> tuple[Note, ...]:
-    """Note how thick a plate is, what carries it, and whether the gap is too small for the division."""
-    used = Note.of(NoteKind.SKIN, depths=float(ratio), sheets=int(sheets_used))
-    return (used,) if unseen < 1e-3 else (used, Note.of(NoteKind.GAP_SMALL, share=float(unseen)))

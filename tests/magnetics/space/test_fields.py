@@ -7,9 +7,12 @@ from functools import partial
 import numpy as np
 import pytest
 
+from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, rectangle_plan
 from sits_mech.magnetics.coils.ring_field import coil_potential, winding_potential
 from sits_mech.magnetics.sheets import Sheets, sheets
-from sits_mech.magnetics.space.fields import Box
+from sits_mech.magnetics.space.classes import stacked
+from sits_mech.magnetics.space.fields import Box, chebyshev_values, field_means
+from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -101,3 +104,20 @@ def test_sixteen_coils_under_a_wide_plate_close_to_them() -> None:
     change = found.L - found.L0
     turned = change[np.ix_(np.rot90(index).ravel(), np.rot90(index).ravel())]
     np.testing.assert_allclose(turned, change, rtol=0, atol=1e-6 * np.abs(change).max())
+
+
+@pytest.mark.parametrize("plan", [
+    disc_plan(8e-3, Grading(2e-3, 1.5, 2e-3), orders=6), rectangle_plan(8e-3, 8e-3, Grading(1e-3, 1.5, 1e-3)),
+])
+def test_means_over_images_are_those_of_few_but_for_signs(plan: CellPlan) -> None:
+    """Against Gauss points in each image itself; a half turn changes x and y, the mirror image z."""
+    box, prisms = Box(np.array([4.1e-3, 4.1e-3, 1e-4]), (5, 4, 3), (1.4, 1.4, 40.0)), stacked(plan, np.array([0, 1e-4]))
+    points, weights = gauss_points(prisms, 2)
+    for parity in field_means(plan, prisms, box):
+        assert len(parity.means) <= len(plan.group) // 2
+        i, j, k = np.unravel_index(parity.columns, box.order)
+        for image, signs in zip(np.ndindex(len(plan.group), 2), parity.signs, strict=True):
+            moved = np.concatenate([points[..., :2] @ plan.group[image[0]].T, points[..., 2:] * (1 - 2 * image[1])], -1)
+            x, y, z = (chebyshev_values(moved[..., a] / box.half[a], box.order[a]) for a in range(3))
+            own = (weights[..., None] * x[..., i] * y[..., j] * z[..., k]).sum(axis=1)
+            np.testing.assert_allclose(np.tensordot(signs, parity.means[:, 0], axes=1), own, rtol=0.0, atol=1e-13)
