@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Mask, Pose, Wrench, refuse_infinite
+from sits_mech.threads import single_thread
 
 PLACES = ("d_h", "sink", "alpha", "d_y", "alpha_x", "alpha_z")
 _PAIRS = tuple(zip(WRENCH, PLACES, strict=True))
@@ -139,7 +140,8 @@ class Controlled(Protocol):
 
         Raise SolveFailed if the load path ends before the wrench; its `last` is the last equilibrium on the way.
         """
-        return self.controlled(under(wrench), start=start)
+        with single_thread():
+            return self.controlled(under(wrench), start=start)
 
     def along(self, loads: Sequence[Wrench]) -> Equilibrium:
         """Return the equilibrium at the end of a path of loads from rest; see `PathModel`, raises as `equilibrium`."""
