@@ -127,11 +127,15 @@ class Calibration:
         """
         return self.map.at(self._points(forces, named, beyond))
 
-    def slopes(self, forces: ArrayLike | Wrench | None = None, /, **named: ArrayLike) -> Array:
+    def slopes(
+        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
+    ) -> Array:
         """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N], as `forward`."""
-        return self.map.slopes(self._points(forces, named))
+        return self.map.slopes(self._points(forces, named, beyond))
 
-    def codes(self, forces: ArrayLike | Wrench | None = None, /, **named: ArrayLike) -> Array:
+    def codes(
+        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
+    ) -> Array:
         """Return what the converter shows at forces, idle coils and leads included, as `forward`.
 
         Returns
@@ -144,7 +148,7 @@ class Calibration:
         ValueError
             As `forward`; when there is no converter, or the calibration is of inductances alone.
         """
-        return self.code_calibration.map.at(self._points(forces, named))
+        return self.code_calibration.map.at(self._points(forces, named, beyond))
 
     @cached_property
     def code_calibration(self) -> Calibration:
@@ -154,7 +158,7 @@ class Calibration:
         return self.in_codes()
 
     def _points(
-        self, forces: ArrayLike | Wrench | None, named: Mapping[str, ArrayLike], beyond: bool = False
+        self, forces: ArrayLike | Wrench | None, named: Mapping[str, ArrayLike], beyond: bool
     ) -> Array:
         """Return forces as one table (..., d), each within the range of the table unless `beyond`."""
         if isinstance(forces, Wrench):

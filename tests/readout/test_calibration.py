@@ -96,6 +96,7 @@ def test_forces_by_name() -> None:
     with pytest.raises(ValueError, match="a table whose last axis holds F_x, F_z"):
         cal.forward(1.0)
     assert np.all(np.isfinite(cal.forward(F_x=0.0, F_z=5.0, beyond=True)))
+    assert np.all(np.isfinite(cal.slopes(F_x=0.0, F_z=5.0, beyond=True)))
 
 
 def folded(F_x: np.ndarray, F_z: np.ndarray) -> np.ndarray:
