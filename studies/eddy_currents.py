@@ -38,7 +38,7 @@ def draw_currents(path: Path, rung: PlateRung) -> None:
     images = np.stack([[places * (*np.diag(g), s) for s in (1.0, -1.0)] for g in cells.plan.group])
     J = np.zeros(images.shape, dtype=complex)
     for part in plate.classes:
-        answer = part.reduced.answer(part.induced(driven(part.problem, driving) * part.unit), omega)[0]
+        answer = part.reduced.answer(part.reduced.induced(driven(part.problem, driving) * part.unit), omega)[0]
         found = part.reduced.coupling @ answer * part.unit
         moments = np.column_stack([m @ found for m in part.problem.loops.moments])
         J += omega * np.einsum("gsab,nb->gsna", part.problem.factors(), moments / part.problem.loops.volume[:, None])
