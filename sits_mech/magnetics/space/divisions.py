@@ -7,12 +7,13 @@ squared; below the `carried` clearance they would be too many (`near` goes on fr
 What a division's dense matrices take is known from its n prisms, the u currents of its largest class, its g images and
 q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 for complex classes,
 
-    2 g n (n + q) + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
+    2 g n^2 + max(g/2, 1) n q + c max(4 n^2 + 2 n u + 2 u^2, 5 u^2 + 7.5 q u / min(g, 4)),
 
-the means of 1/r and of the fields, and either the kernel mixed to an inductance, or L and R scaled and reduced, and
-what drives them. A near plate keeps of all k classes of each division what its currents see, c k u^2; those made
-before, and all but the last class, are there beside a division's dense matrices, and 3 c u^2 while that is reduced. One
-at rest that is asked for at one frequency keeps less; it is counted alike, as another frequency may follow.
+the means of 1/r and, but for images that differ by signs alone, of the fields, and either the kernel mixed to an
+inductance, or L and R scaled and reduced, and what drives them. A near plate keeps of all k classes of each division
+what its currents see, c k u^2; those made before, and all but the last class, are there beside a division's dense
+matrices, and 3 c u^2 while that is reduced. One at rest that is asked for at one frequency keeps less; it is counted
+alike, as another frequency may follow.
 What takes more memory or time than the limits is refused.
 """
 
@@ -229,7 +230,7 @@ def memory_of(plan: CellPlan, sheets: int, depth: float, polynomials: int) -> Ar
     g, q, n = len(plan.group), polynomials, plan.cells.shape[0] * sheets
     u, c = sheets * most_unknowns(plan, depth), 2 if np.iscomplex(plan.characters).any() else 1
     dense = np.array([4.0 * n**2 + 2.0 * n * u + 2.0 * u**2, 5.0 * u**2 + 7.5 * q * u / min(g, 4)])
-    return np.asarray(_SLACK * 8.0 * (2.0 * g * n * (n + q) + c * dense))
+    return np.asarray(_SLACK * 8.0 * (2.0 * g * n**2 + max(g / 2, 1.0) * n * q + c * dense))
 
 
 def _near_cost(
