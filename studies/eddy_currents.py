@@ -65,7 +65,7 @@ def draw_steel(path: Path, tolerance: float) -> None:
     places = 'coils.C1.centre=["0 mm", "0 mm"]', 'coils.C2.centre=["30 mm", "0 mm"]'
     sensor = load_sensor("biorob2018", [target, *places])
     alone = sensor.model_copy(update={"coils": sensor.coils[:1], "elastomer": None, "frequency": frequency})
-    field = solved_axis(axisymmetric_fem(alone, tolerance), coaxial_discs(alone, gap), frequency).finer
+    field = solved_axis(axisymmetric_fem(alone, tolerance), coaxial_discs(alone, gap), frequency).of_order_4
     k = np.flatnonzero((field.z >= gap) & (field.z <= gap + thickness))
     i = np.flatnonzero((field.r > 0.0) & (field.r <= radius))
     r, z = ((at[1:] + at[:-1]) / 2 for at in (field.r[i], field.z[k]))

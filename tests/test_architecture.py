@@ -133,7 +133,7 @@ UNMIRRORED = {
         (f"mechanics/equilibrium/{name}.py" for name in ("newton", "linearisation")),
         "tests/mechanics/test_layer.py: every rest is found by them",
     ),
-    "mechanics/equilibrium/path.py": "tests/mechanics/equilibrium/test_limit.py: paths to limits, and beyond",
+    "mechanics/equilibrium/path.py": "tests/mechanics/equilibrium/test_limit_point.py: paths to limits, and beyond",
     "geometry/meshing/cells.py": "tests/geometry/meshing/test_formats.py: cells of every kind and order",
     "geometry/meshing/store.py": "tests/mechanics/pad/test_user.py: meshes read and refused",
     "readout/front_end.py": "tests/readout/test_converter.py: settings of the converter",

@@ -34,7 +34,7 @@ from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.mechanics.symmetry import symmetrised, symmetry_of
 from sits_mech.notes import Note, NoteKind, packed, packed_omissions
 from sits_mech.quantities import POSE, Array, Bounded, Pose, Wrench
-from sits_mech.readout.signals import moves, shown_signals
+from sits_mech.readout.signals import changes, shown_signals
 from sits_mech.scene.parts.elastomer import pad_volume
 from sits_mech.scene.sensor import SceneError, Sensor, provenance, silicone_of
 from sits_mech.silicone.history import ElasticCurve, elastic_curve, relaxed_share, softened_share
@@ -175,6 +175,6 @@ def _loop(share: Array, signal: Array, error: Array) -> tuple[float, float]:
     down = np.interp(grid, share[top:][::-1], signal[top:][::-1])
     width = float(np.max(np.abs(np.interp(grid, share[: top + 1], signal[: top + 1]) - down)))
     span, uncertainty = float(np.ptp(signal)), float(np.max(error))
-    if not moves(signal, error):
+    if not changes(signal, error):
         return float("nan"), float("nan")
     return 100.0 * width / span, 200.0 * width * uncertainty / span**2

@@ -104,7 +104,7 @@ class _Grid:
     def map(self) -> SolvedPart | None:
         """Solve as few cases as predict the others and return their map; None where all are solved."""
         limit = None if self.asked.limit is None else np.array(self.asked.limit)
-        found = solve_part(self._outputs, self.axes, tolerance=self.asked.within, limit=limit)
+        found = solve_part(self._outputs, self.axes, tolerance=lambda: self.asked.within, limit=limit)
         if found is None:
             self._solved(index for index in self.numbers.ravel().tolist() if index not in self.rows)
         return found

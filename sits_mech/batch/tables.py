@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sits_mech.labels import labelled
 from sits_mech.quantities import WRENCH
 from sits_mech.readout.loads import answered
-from sits_mech.readout.signals import PAIR
+from sits_mech.readout.signals import COMBINED
 from sits_mech.scene.sensor import Sensor, sensor_from
 from sits_mech.status import marked
 from sits_mech.store import Row
@@ -52,6 +52,6 @@ def case_calibration(row: xr.Dataset) -> tuple[Sensor, xr.Dataset]:
     parts = [name for name in ("part", "cause") if name in data.dims]
     for name in parts:  # of which as well
         data = data.dropna(name, how="all", subset=[key for key in data if name in data[key].dims])
-    pair = PAIR * (len(coils) > 2)  # of another case
+    pair = COMBINED * (len(coils) > 2)  # of another case
     data = data.drop_vars([name for name in data if any(f"_{own}" in f"_{name}" for own in pair)])
     return sensor, labelled(data)

@@ -40,7 +40,7 @@ class _Slopes(NamedTuple):
     """How force and pose go with the depth; before any is known the one alone."""
 
     power: float = 1.5  # p
-    moves: Array | None = None  # dq/dd [1, rad/m]
+    per_depth: Array | None = None  # dq/dd [1, rad/m]
 
     def force(self, tried: _Try, D: float) -> float:
         """Return the force that leads to a depth, from a rest near it."""
@@ -203,6 +203,7 @@ def _size(tried: _Try) -> int:
 def _ended(sensor: Sensor, tried: _Try, slopes: _Slopes, aim: tuple[float, float]) -> TouchLoad:
     """Return the load by which a touch presses to a depth; `aim` holds that, and the height without load [m]."""
     (D, rest), d = aim, tried.depth
-    moves = (tried.found.pose.components - Pose(0.0, rest).components) / d if slopes.moves is None else slopes.moves
-    depth = Depth(D, rest, moves, slopes.power * tried.force / d, tried.off + abs(d - D))
+    moved = (tried.found.pose.components - Pose(0.0, rest).components) / d
+    per_depth = moved if slopes.per_depth is None else slopes.per_depth
+    depth = Depth(D, rest, per_depth, slopes.power * tried.force / d, tried.off + abs(d - D))
     return TouchLoad(Wrench(F_z=tried.force), depth, at_depth(sensor, tried.found, depth))

@@ -54,14 +54,14 @@ class SolvedAxis:
     """The field at one height and frequency."""
 
     field: AxisField  # of order 3
-    finer: AxisField  # of order 4, for the error
+    of_order_4: AxisField  # of order 4, for the error
     omega: float  # [rad/s]
     permeable: bool  # whether a disc is
     solves: int  # linear solves it took
 
     def errors(self) -> tuple[float, float]:
         """Return the estimated errors of L and R / omega [H]."""
-        flux, difference = self.field.flux, self.finer.flux - self.field.flux
+        flux, difference = self.field.flux, self.of_order_4.flux - self.field.flux
         relative = abs(difference) / max(abs(flux), np.finfo(float).tiny)
         return (
             max(abs(difference.real), relative * abs(flux.real)), max(abs(difference.imag), relative * abs(flux.imag)),
@@ -121,7 +121,7 @@ class AxisymmetricFem:
         value, error = 1j * omega * flux[index], omega * (errors[index, 1] + 1j * errors[index, 0])
         return Reaction(
             value[:, None, None], error[:, None, None], max(each.relative_errors()[0] for each in found),
-            max(each.finer.unknowns for each in found), sum(each.solves for each in found),
+            max(each.of_order_4.unknowns for each in found), sum(each.solves for each in found),
             max(each.field.residual for each in found), tracks=uneven,
         )
 
@@ -169,7 +169,7 @@ def solved_axis(model: AxisymmetricFem, discs: tuple[CoaxialDisc, ...], frequenc
 
 def _not_reached(tolerance: float, found: SolvedAxis | None, reached: float, seconds: float) -> SolveFailed:
     """Return the error of cells that do not reach the tolerance, or are too many for any."""
-    unknowns, solves = (found.finer.unknowns, found.solves) if found else (0, 0)
+    unknowns, solves = (found.of_order_4.unknowns, found.solves) if found else (0, 0)
     why = (
         f"the tolerance {tolerance:g} is not reached with {unknowns} unknowns ({_MOST_UNKNOWNS} fit), the estimated "
         f"error is {reached:.1e}; ask for a larger tolerance" if found

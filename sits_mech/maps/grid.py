@@ -66,16 +66,16 @@ class SolvedPart:
 
 
 def solve_part(
-    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: float | Callable[[], float],
+    solve: Callable[[list[tuple[float, ...]]], ArrayLike], axes: Axes, *, tolerance: Callable[[], float],
     weights: ArrayLike = 1.0, goal: Array | None = None, limit: ArrayLike | None = None,
 ) -> SolvedPart | None:
     """Return a grid solved at as few points as predict the rest, or None where all are to be solved.
 
     That is so for small grids, and where a point fails. `solve` maps points to outputs (m, n), nan where it fails;
-    `tolerance` is relative to each output's range, at least a quarter of the largest, a function where it depends on
-    the points solved so far, which may be off themselves; `weights` (n,) make outputs
-    comparable. A `goal` (s, n) makes relative figures of outputs, whose errors are within the tolerance as well. With a
-    `limit` of outputs, in place of a goal, errors may be larger, as long as no point has it within value and error.
+    `tolerance` is relative to each output's range, at least a quarter of the largest; it is called again after points
+    are solved, which may be off themselves. `weights` (n,) make outputs comparable. A `goal` (s, n) makes relative
+    figures of outputs, whose errors are within the tolerance as well. With a `limit` of outputs, in place of a goal,
+    errors may be larger, as long as no point has it within value and error.
     """
     levels = _levels_of(axes)
     if _count(axes) <= _WHOLE:
@@ -87,7 +87,7 @@ def solve_part(
         sizes |= {block: _size(found, axes, levels, block) for block in new}
         known = found[~np.isnan(found[..., 0])]
         weight = np.broadcast_to(np.asarray(weights, dtype=float), known.shape[-1:])
-        ranges, asked = np.ptp(known, axis=0), tolerance() if callable(tolerance) else tolerance
+        ranges, asked = np.ptp(known, axis=0), tolerance()
         wanted = asked * np.maximum(ranges, _LEAST * np.max(ranges * weight) / np.maximum(weight, 1e-300))
         expected = {block: _expected(sizes, block) for block in _next_blocks(sizes, levels)}
         alike = np.sqrt(np.finfo(float).eps) * np.max(np.abs(known), axis=0)  # half its digits: a constant, rounded

@@ -81,7 +81,7 @@ class BlockPad(Controlled):
 
     sensor: Sensor
     tolerance: float  # asked error of the pose over the displacement; an answer that misses it says so
-    finer: BlockPad | None = None  # of a restricted model the one with all meshes
+    unrestricted: BlockPad | None = None  # of a restricted model the one with all meshes
     deepest: int = 99  # most levels
     goal: Array | None = field(default=None, compare=False)  # (s, 6), derivatives of what is asked by the pose
     bends: Bends | None = field(default=None, compare=False)
@@ -89,15 +89,15 @@ class BlockPad(Controlled):
     @cached_property
     def half(self) -> Line:
         """Meshes of half the pad in the order they are tried; of the whole one where the user's mesh is."""
-        if self.finer is not None:
-            return self._like(self.finer.half)
+        if self.unrestricted is not None:
+            return self._like(self.unrestricted.half)
         return meshes_in_line(self.sensor, self.tolerance, whole=False)
 
     @cached_property
     def whole(self) -> Line:
         """Meshes of the whole pad."""
-        if self.finer is not None:
-            return self._like(self.finer.whole)
+        if self.unrestricted is not None:
+            return self._like(self.unrestricted.whole)
         return meshes_in_line(self.sensor, self.tolerance, whole=True)
 
     def _like(self, line: Line) -> Line:
@@ -107,15 +107,15 @@ class BlockPad(Controlled):
     @cached_property
     def rough(self) -> BlockPad:
         """The same model restricted to the first two levels."""
-        return replace(self, tolerance=_ROUGH, finer=self, deepest=2)
+        return replace(self, tolerance=_ROUGH, unrestricted=self, deepest=2)
 
     def towards(self, goal: Array | None, tolerance: float, deepest: int = 99) -> BlockPad:
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
-        return replace(self, finer=self, goal=goal, tolerance=tolerance, deepest=deepest)
+        return replace(self, unrestricted=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
     def bending(self, bends: Bends) -> BlockPad:
         """Return the model of a target that bends."""
-        return replace(self, finer=self, bends=bends)
+        return replace(self, unrestricted=self, bends=bends)
 
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()

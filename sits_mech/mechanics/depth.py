@@ -35,7 +35,7 @@ class Depth(NamedTuple):
 
     depth: float  # D [m]
     rest: float  # height of the target's lower face without load [m]
-    moves: Array  # dq/dd of the pose (6,) [1, rad/m]
+    per_depth: Array  # dq/dd of the pose (6,) [1, rad/m]
     force: float  # dF/dd [N/m]
     off: float  # of the depth that the force leads to, its error and what is left [m]
 
@@ -89,7 +89,7 @@ def at_depth(sensor: Sensor, found: Equilibrium, aim: Depth) -> Equilibrium:
     """Return an equilibrium whose error is that at a depth, not under a force, and what the force may be off by."""
     d, _, g = depth_of(sensor, found, aim.rest)
     left = abs(d - aim.depth) if g.any() else aim.off
-    e = np.abs(np.eye(6) - np.outer(aim.moves, g)) @ found.error.components + np.abs(aim.moves) * left
+    e = np.abs(np.eye(6) - np.outer(aim.per_depth, g)) @ found.error.components + np.abs(aim.per_depth) * left
     half = 0.0 if sensor.target is None else 0.5 * max(sensor.target.extent)
     lever, way = np.array([1.0, 1.0, half, 1.0, half, half]), found.pose.components - Pose(0.0, aim.rest).components
     missed = NoteKind.TOLERANCE_MISSED

@@ -34,7 +34,7 @@ import xarray as xr
 from sits_mech.arguments import checked_arguments
 from sits_mech.quantities import POSE, WRENCH
 from sits_mech.readout.loads import varied
-from sits_mech.readout.signals import PAIR, SIGNALS, shown_signals
+from sits_mech.readout.signals import COMBINED, SIGNALS, shown_signals
 
 FORCES = ("F_z", "F_x", "F_y")
 """The components of a load that have a signal of their own, in the order of `SIGNALS`."""
@@ -48,7 +48,7 @@ def signals_of(data: xr.Dataset) -> dict[str, str]:
     each = zip(FORCES, SIGNALS, strict=True)
     found = {force: name for force, name in each if name in data and np.nan_to_num(data[name]).any()}
     names = shown_signals(data)
-    if PAIR[0] in map(short_name, names) and ("F_x" in found or "F_y" not in found):
+    if COMBINED[0] in map(short_name, names) and ("F_x" in found or "F_y" not in found):
         return dict(zip(FORCES, names, strict=False)) | {k: name for k, name in found.items() if k == "F_y"}
     return found
 

@@ -24,7 +24,7 @@ from sits_mech.quantities import Array
 
 SIGNALS = ("dL_v", "dL_x", "dL_y")
 """Names of the signals that every sensor has."""
-PAIR = ("L_v", "L_h")
+COMBINED = ("L_v", "L_h")
 """Names of the published signals of one or two coils; with ``_percent`` those over L0."""
 Value = float | Array
 _ROUNDING = 1e-9  # of L0 [%]: signals that symmetry cancels come out as 1e-13
@@ -67,14 +67,14 @@ class Signals:
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
-def moves(values: Array, errors: Array) -> bool:
+def changes(values: Array, errors: Array) -> bool:
     """Return whether a signal changes by more than its errors and rounding, all in percent of L0."""
     return bool(np.ptp(values) > 2.0 * max(float(np.max(errors)), _ROUNDING))
 
 
 def shown_signals(names: Container[Any]) -> tuple[str, ...]:
     """Return the signals of a table that reports show, relative to L0: the published pair where the table has it."""
-    pair = tuple(f"{name}_percent" for name in PAIR)
+    pair = tuple(f"{name}_percent" for name in COMBINED)
     return pair if pair[0] in names else SIGNALS
 
 
@@ -125,7 +125,7 @@ def signals(L: Array, L0: Array, weights: Array, errors: ArrayLike = 0.0) -> Sig
     wrong = np.broadcast_to(np.asarray(errors, dtype=float), absolute.shape)
     found = {name: percent * (absolute[..., k] - offset[k]) for k, name in enumerate(SIGNALS)}
     found |= {f"error_{name}": percent * wrong[..., k] for k, name in enumerate(SIGNALS)}
-    for k, name in enumerate(PAIR[: absolute.shape[-1] - free], free):
+    for k, name in enumerate(COMBINED[: absolute.shape[-1] - free], free):
         found |= {name: absolute[..., k], f"{name}_percent": percent * absolute[..., k]}
         found |= {f"error_{name}": wrong[..., k], f"error_{name}_percent": percent * wrong[..., k]}
     return Signals(**found)

@@ -15,7 +15,7 @@ from rich.table import Table
 from sits_mech.notes import Omission
 from sits_mech.quantities import POSE, WRENCH, report_of, shown_unit
 from sits_mech.readout.loads import request_of
-from sits_mech.readout.signals import moves, shown_signals
+from sits_mech.readout.signals import changes, shown_signals
 from sits_mech.report.left_out import entry
 from sits_mech.report.notes import joined_words, kept_sentences, sentences
 from sits_mech.report.pictures.style import new_figure, save_figures, strokes
@@ -111,7 +111,7 @@ def history_curves(data: xr.Dataset) -> Figure:
     time, rest = data["time"].to_numpy(), float(data["d_v"][0])
     forces, places = moving(data), [name for name in ("d_v", "d_h", "d_y") if np.any(data[name] != 0.0)]
     every = shown_signals(data)
-    names = [name for name in every if moves(data[name].to_numpy(), np.zeros(1))] or every[:1]
+    names = [name for name in every if changes(data[name].to_numpy(), np.zeros(1))] or every[:1]
     rows = 2 + len(names) + ("code" in data)
     with new_figure(0.32 * rows, rows=rows) as (figure, axes):
         for name, stroke in zip(forces, strokes(len(forces)), strict=True):

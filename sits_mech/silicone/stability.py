@@ -112,7 +112,7 @@ def end_words(note: Note) -> str:
     end = f"stretch {known['stretch']:.4g}"
     if note.kind is NoteKind.DATA_END:
         return f"the data of {known['silicone']} end at {end}"
-    return f"{known['silicone']} {known_law(str(known['law'])).limit} from {end} on in {known['mode']}"
+    return f"{known['silicone']} {known_law(str(known['law'])).fails} from {end} on in {known['mode']}"
 
 
 def layer_words(note: Note) -> str:

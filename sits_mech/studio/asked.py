@@ -185,6 +185,6 @@ def at_a_glance(
         known = figure_errors(sensor, data, judge, table)
     else:
         table, rate, known = Table(L, none, like.table.noise), like.plain["rate"], {}
-    task = Task(judge, asked.limits, asked.goal)
+    task = Task(judge, asked.limits, asked.minimised)
     plain = size_of(sensor) | {"rate": rate}
     return task, Answered(Design((), ()), "", table, none, plain, {}, known)

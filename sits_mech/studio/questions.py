@@ -111,7 +111,7 @@ class Figures(StudioQuestion):
     def _more(self) -> tuple[Any, ...]:
         """What is required, of whatever scene."""
         asked = self.asked
-        return str((asked.loads, asked.overload, asked.limits, asked.tolerance, asked.goal, asked.least_yield)),
+        return str((asked.loads, asked.overload, asked.limits, asked.tolerance, asked.minimised, asked.least_yield)),
 
     def answer(self, report: Report) -> Any:
         """Return task and answer, as `design` solves one of its designs."""

@@ -133,7 +133,8 @@ def words_of(task: Task, found: Answered) -> str:
         return found.reason
     figures = task.figures(found)
     over_ = [name for name, limit in task.limits.items() if name in figures and over(name, figures[name], limit) > 0.0]
-    each = (f"{name} {figure_words(name, figures[name])}" for name in {**task.goal, **task.limits} if name in figures)
+    names = (name for name in {**task.minimised, **task.limits} if name in figures)
+    each = (f"{name} {figure_words(name, figures[name])}" for name in names)
     return f"{', '.join(each)}; {'beyond limits: ' + ', '.join(over_) if over_ else 'within the limits'}"
 
 
@@ -153,7 +154,7 @@ def figures_of(task: Task, found: Answered) -> tuple[Figure, ...]:
 
 def front_of(task: Task, known: Sequence[Answered]) -> tuple[Answered, ...]:
     """Return the designs that no other one beats in all figures that are asked for."""
-    asked = [name for name in {**task.limits, **task.goal} if name not in (STRAIN, INVERSE)]
+    asked = [name for name in {**task.limits, **task.minimised} if name not in (STRAIN, INVERSE)]
     rows = []
     for each in known:
         figures = task.figures(each) if each.carried else {}
@@ -247,7 +248,7 @@ def tied_with(search: Search, others: Sequence[Answered], best: Answered, space:
     the box apart.
     """
     task, found = search.task, list[Answered]()
-    for each in others if task.goal else ():
+    for each in others if task.minimised else ():
         own = each.design.choice == best.design.choice
         far = min(float(np.max(np.abs(each.point - one.point), initial=0.0)) for one in (best, *found)) > _APART
         if search.as_good(search.merit(each), search.merit(best)) and far if own else search.may_beat(each, best):

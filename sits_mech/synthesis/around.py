@@ -66,7 +66,7 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
         if excess < -max(_BINDS, off.get(name, 0.0)) or name == "yield" and len(every) > 1 and excess < 0.0:
             continue
         gain = np.nan
-        if name in task.limits and task.goal and branch.prediction.solved and len(best.design.x):
+        if name in task.limits and task.minimised and branch.prediction.solved and len(best.design.x):
             objective = search.propose(branch).merit if np.isnan(objective) else objective
             loose = replace(search, task=_looser(task, name)).propose(branch).merit
             gain = (loose - objective) / abs(objective) if objective else np.nan

@@ -141,7 +141,7 @@ def _left_out(asked: Requirements, bounds: Sequence[Bound]) -> Answered | None:
 def expected_designs(asked: Requirements, choices: int | None = None) -> int:
     """Return how many designs a search solves, of all choices or of so many that may hold."""
     count = len(asked.space.choices) if choices is None else choices
-    return count + len(asked.space.variables) + 1 if asked.goal else 3
+    return count + len(asked.space.variables) + 1 if asked.minimised else 3
 
 
 @dataclass(frozen=True)
@@ -169,14 +169,14 @@ def plan_of(asked: Requirements) -> DesignPlan:
         raise refused(asked, left)
     count = expected_designs(asked, len(good))
     points = sorted((own[0] for own in good.values() if own), key=lambda each: each.strain)
-    points = points[: None if asked.goal else 1]
-    solved = count if asked.goal else 2
+    points = points[: None if asked.minimised else 1]
+    solved = count if asked.minimised else 2
     (each, coils), (finer, _) = (
         np.mean([_seconds(one, point.design) for point in points], axis=0) for one in (solver, Solver(asked, FINE))
     )
     keys = (*asked.space.names, *asked.space.lists)
     plates = solved if any(key.partition(".")[0] not in _NOT_OF_PLATES for key in keys) else 1
-    seconds = _BEGUN + (solved - 1) * each + (finer if asked.goal else each) + plates * coils
+    seconds = _BEGUN + (solved - 1) * each + (finer if asked.minimised else each) + plates * coils
     rows = [each.sizes | {STRAIN: each.strain} for own in good.values() for each in own]
     least = {name: min(row[name] for row in rows) for name in (rows or [{}])[0]}
     words = {asked.space.words(each.design): each.reason for each in left}

@@ -184,7 +184,7 @@ class _Run:
         """Return the search, the least strained choices first where the first design within the limits will do."""
         space = self.asked.space
         choices = space.choices
-        if not self.asked.goal:
+        if not self.asked.minimised:
             bounds = {choice: bounds_of(self.coarse, choice)[1] for choice in choices}
             choices = tuple(sorted(choices, key=lambda each: min((one.strain for one in bounds[each]), default=np.inf)))
         return Search(
@@ -219,7 +219,7 @@ class _Run:
         Where nothing is minimised, and a round one is decided, or none can hold the limits, no finer one tells more.
         """
         first = min(known, key=search.merit)
-        if search.beyond or not search.task.goal and self.decided(search.task, first):
+        if search.beyond or not search.task.minimised and self.decided(search.task, first):
             return [first]
         found = [self.refined(search, first)]
         for other in firsts(known, search.at_best):

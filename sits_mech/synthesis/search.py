@@ -110,7 +110,7 @@ class Search:
     @property
     def enough(self) -> bool:
         """Whether nothing is minimised and a design holds."""
-        return not self.task.goal and min(map(self.merit, self.known), default=np.inf) <= 0.0
+        return not self.task.minimised and min(map(self.merit, self.known), default=np.inf) <= 0.0
 
     def branch_of(self, found: Answered) -> Branch:
         """Return the search of a design's choice."""
@@ -159,9 +159,9 @@ class Search:
     def simplest(self, branch: Branch, best: Answered) -> Array:
         """Return the thinnest point of a choice that is predicted to be as good as its best one, solved or promised.
 
-        Without a goal the solved one.
+        Without minimised figures the solved one.
         """
-        if not self.task.goal or not self.count:
+        if not self.task.minimised or not self.count:
             return best.point
         prediction, promise = branch.prediction, branch.promise or self.propose(branch)
         x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])

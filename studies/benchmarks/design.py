@@ -78,7 +78,8 @@ def goal_of(found: DesignAnswer) -> tuple[float, float]:
     task, best = found.task, found.best
     figures, size = task.figures(best), task.sizes | (task.weighed or task.limits)
     error = {each.name: each.error / shown_as(each.name)[1] for each in found.figures}
-    return task.objective(figures), sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.goal.items())
+    off = sum(w * error[name] / abs(size.get(name, 1.0)) for name, w in task.minimised.items())
+    return task.objective(figures), off
 
 
 def missed(asked: Requirements, found: DesignAnswer, tolerance: float, folder: Path) -> str:
@@ -107,7 +108,7 @@ def predicted_off(found: DesignAnswer) -> list[float]:
         if own:
             there = Prediction(own, ())
             figures = found.task.figures(there.at(each.point))
-            asked = (name for name in {**found.task.limits, **found.task.goal} if not kind_of(name).exact)
+            asked = (name for name in {**found.task.limits, **found.task.minimised} if not kind_of(name).exact)
             known = found.task.figures(each)
             off += [abs(more(figures[name], known[name])) for name in asked if known.get(name)]
         own.append(each)

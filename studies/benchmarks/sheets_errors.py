@@ -65,7 +65,7 @@ def reference(number: int) -> complex:
             try:
                 return 1j * omega * solved_axis(
                     axisymmetric_fem(scene.sensor, tolerance), discs, scene.sensor.frequency
-                ).finer.flux
+                ).of_order_4.flux
             except SolveFailed:
                 continue
     usual = rungs.ROUGHEST, rungs._ANY

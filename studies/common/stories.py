@@ -42,7 +42,7 @@ def answer_stories(stories: Sequence[str], coarse: bool, folder: Path) -> None:
             if each.limit is not None:
                 print("  ", "  ".join(cell for cell in figure_cells(each) if cell))
         for price in found.binding:
-            print(f"   limits it: {price.name}, {price_words(price, list(found.task.goal))}")
+            print(f"   limits it: {price.name}, {price_words(price, list(found.task.minimised))}")
         for lost in found.lost:
             print(f"   not {lost.value}: {lost.why}")
         print(f"   {found.solves} designs, {time.process_time() - began:.0f} s of processor time")

@@ -102,7 +102,7 @@ def test_a_column_carries_its_buckling_load() -> None:
     """The same newtons whatever the table's load is, within their error of a cantilever's: J. A. Haringx (1948),
     P = S/2 (sqrt(1 + 4 P_E/S) - 1), S = mu w, P_E = pi^2 E I/(2 t)^2, E = 4 mu.
 
-    What is bonded cannot widen, which adds some five percent (tests/mechanics/equilibrium/test_limit.py).
+    What is bonded cannot widen, which adds some five percent (tests/mechanics/equilibrium/test_limit_point.py).
     """
     law = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
     sizes = ['elastomer.width="2 mm"', 'elastomer.thickness="12 mm"', 'target.width="2 mm"', "elastomer.length=1.0"]

@@ -49,7 +49,7 @@ def test_what_coils_show_at_a_depth_holds_what_the_force_may_be_off_by():
     deep, under = (simulate(scene, each, tolerance=3e-2) for each in (load, load.wrench))
     assert np.array_equal(deep.impedance.L, under.impedance.L)
     assert deep.equilibrium.error.d_v == pytest.approx(
-        under.equilibrium.error.d_v + abs(load.depth.moves[1]) * load.depth.off, rel=1e-9
+        under.equilibrium.error.d_v + abs(load.depth.per_depth[1]) * load.depth.off, rel=1e-9
     )
 
 

@@ -31,7 +31,8 @@ def gentle(points: np.ndarray) -> np.ndarray:
 
 
 def solved(
-    function: Function, axes: Axes, tolerance: float | Callable[[], float] = 1e-2, **more: object
+    function: Function, axes: Axes, tolerance: float = 1e-2, *, asked_of: Callable[[], float] | None = None,
+    **more: object,
 ) -> SolvedPart | None:
     """Solve a part of a grid; every point is asked for at most once, and the part holds what the function gave."""
     asked: list[tuple[float, ...]] = []
@@ -40,7 +41,7 @@ def solved(
         asked.extend(points)
         return function(np.array(points))
 
-    found = solve_part(solve, axes, tolerance=tolerance, **more)  # type: ignore[arg-type]
+    found = solve_part(solve, axes, tolerance=asked_of or (lambda: tolerance), **more)  # type: ignore[arg-type]
     assert len(set(asked)) == len(asked)
     if found is not None:
         known = ~np.isnan(found.values[..., 0])
@@ -181,7 +182,7 @@ def test_nothing_is_put_beside_a_failed_point() -> None:
     def cornered(points: np.ndarray) -> np.ndarray:
         return np.where(np.all(points == 1.0, axis=-1, keepdims=True), np.nan, gentle(points))
 
-    assert solve_part(lambda points: cornered(np.array(points)), box(9, 9), tolerance=1e-2) is None
+    assert solve_part(lambda points: cornered(np.array(points)), box(9, 9), tolerance=lambda: 1e-2) is None
 
 
 @pytest.mark.parametrize("sizes", [(5, 5), (9, 1), (9,), (3, 3, 3), (2, 2, 2, 2, 2)])
@@ -248,5 +249,5 @@ def test_points_that_are_off_themselves_are_not_followed_closer_than_that() -> N
         asked.extend(map(tuple, points))
         return gentle(points) * (1.0 + 0.01 * np.round(np.sin(7.0 * points.sum(axis=-1)))[..., None])
 
-    whole, part = solved(jumping, box(9, 9)), solved(jumping, box(9, 9), lambda: 0.04 * bool(asked))
+    whole, part = solved(jumping, box(9, 9)), solved(jumping, box(9, 9), asked_of=lambda: 0.04 * bool(asked))
     assert count(part) < 20 < count(whole)

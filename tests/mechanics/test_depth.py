@@ -38,7 +38,7 @@ def test_errors_that_keep_the_depth_are_left_and_the_note_goes_with_them():
     scene, missed = sensor(SPHERE), Note.of(NoteKind.TOLERANCE_MISSED, error=0.02, tolerance=0.01)
     aim = Depth(1e-4, 2e-3, np.array([0.0, -0.5, 0.0, 0.0, 0.0, 0.0]), 1e4, 2e-6)
     found = at_rest(Pose(0.0, 1.9e-3), Pose(0.0, 2e-6), notes=(missed,))
-    deep = at_depth(scene, found, aim._replace(moves=2.0 * aim.moves))
+    deep = at_depth(scene, found, aim._replace(per_depth=2.0 * aim.per_depth))
     assert deep.error.d_v == pytest.approx(0.0, abs=1e-18) and deep.report.notes == ()
     assert deep.error_F_z == pytest.approx(2e-2)
     covered = at_depth(scene, at_rest(Pose(0.0, 1.9e-3), Pose(0.0, 2e-6), notes=(missed,), sunk=(1e-4, 9e-6)), aim)

@@ -124,8 +124,8 @@ def test_moment_about_the_plate_of_a_symmetric_block_is_exact(load):
     """A block symmetric about its centre: with the tilt held by M, |M| = (F_x (t - sink) + F_z d_h) / 2, any law."""
     sensor = pad(15, 15, 3, 'elastomer.material={law="yeoh", c10=1.5e4, c20=500.0, c30=10.0, bulk_modulus=3e7}')
     body = bonded_body(sensor, SectionFineness(6, 2.0, fan=True))
-    goal, held = np.array([*load, 0.0]), np.array([False, False, True])
-    found = advance(body, rest(body), Path((np.zeros(3), goal), held))
+    end, held = np.array([*load, 0.0]), np.array([False, False, True])
+    found = advance(body, rest(body), Path((np.zeros(3), end), held))
     assert found.reached == 1.0 and found.state.q[2] == 0.0
     F_x, F_z, M = found.state.load
     assert abs(M) == pytest.approx(abs(F_x * (1.0 + found.state.q[1]) + F_z * found.state.q[0]) / 2, rel=1e-6)
@@ -270,6 +270,6 @@ def test_refusals():
 
 def test_a_path_ends_when_its_iterations_are_spent():
     body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
-    goals = (np.zeros(3), np.array([0.0, 100.0, 0.0]))
-    spent, whole = advance(body, rest(body), Path(goals), most=1), advance(body, rest(body), Path(goals))
+    corners = (np.zeros(3), np.array([0.0, 100.0, 0.0]))
+    spent, whole = advance(body, rest(body), Path(corners), most=1), advance(body, rest(body), Path(corners))
     assert spent.reason == "long" and spent.reached < whole.reached

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.readout.signals import combine, moves, shown_signals, signals, weights_of
+from sits_mech.readout.signals import changes, combine, shown_signals, signals, weights_of
 
 RADIUS = 3.5e-3
 
@@ -71,8 +71,8 @@ def test_one_coil_has_a_sum_alone() -> None:
 def test_what_symmetry_cancels_does_not_move() -> None:
     """Rounding that no error covers is no signal; a small one beyond its errors is."""
     values = np.array([0.0, 1e-13, -2e-13])
-    assert not moves(values, 0.0 * values) and not moves(1e8 * values, np.full(3, 1e-4))
-    assert moves(1e8 * values, 0.0 * values)
+    assert not changes(values, 0.0 * values) and not changes(1e8 * values, np.full(3, 1e-4))
+    assert changes(1e8 * values, 0.0 * values)
 
 
 def test_what_does_not_fit_is_refused() -> None:

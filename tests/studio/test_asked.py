@@ -49,7 +49,7 @@ def test_a_text_of_requirements_is_read_for_the_scene_that_is_shown(base: Solved
     first = read_asked(first_words({"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)}, base.sensor), base.sensor)
     assert first.loads == {"F_x": (-0.5, 0.5), "F_z": (0.0, 2.0)} and first.space.names == ("elastomer.thickness",)
     moment = read_asked(first_words({"F_z": (0.0, 2.0), "M": (-2e-3, 2e-3)}, base.sensor), base.sensor)
-    assert moment.goal == {"error.M": 1.0} and moment.loads["M"] == (-2e-3, 2e-3)
+    assert moment.minimised == {"error.M": 1.0} and moment.loads["M"] == (-2e-3, 2e-3)
 
 
 def test_figures_at_a_glance_have_no_error_by_tolerances(

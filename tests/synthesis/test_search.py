@@ -54,7 +54,7 @@ def best_of_grid(count: int = 41) -> float:
     search = Search(TASK, [(0,), (1,), (2,)], 2, solved, lambda *_: np.full(2, 0.5))
     search.task = TASK
     first = solved(Design((0,), (0.5, 0.5)))
-    task = Task(TASK.judge, TASK.limits, TASK.goal, TASK.figures(first))
+    task = Task(TASK.judge, TASK.limits, TASK.minimised, TASK.figures(first))
     search.task = task
     side = np.linspace(0.0, 1.0, count)
     return min(search.merit(solved(Design((k,), (x, y)))) for k in range(3) for x in side for y in side)
@@ -66,7 +66,7 @@ def test_the_search_finds_what_a_grid_finds(seed: int) -> None:
     """Within 2 % of 5,043 designs, by at most 25 solves, from any start."""
     start = np.random.default_rng(seed).uniform(0.1, 0.9, 2)
     search = Search(TASK, [(0,), (1,), (2,)], 2, solved, lambda *_: start, seed=seed)
-    search.task = Task(TASK.judge, TASK.limits, TASK.goal, _sizes())
+    search.task = Task(TASK.judge, TASK.limits, TASK.minimised, _sizes())
     search.run()
     assert min(map(search.merit, search.known)) < 1.02 * best_of_grid() and search.solved <= 25
 
@@ -81,7 +81,7 @@ def _sizes() -> dict[str, float]:
 def test_where_nothing_holds_the_nearest_design_is_found() -> None:
     """The limit that is exceeded least, at the edge of the box."""
     limits = TASK.limits | {"height": 0.9}
-    search = Search(Task(TASK.judge, limits, TASK.goal), [(2,)], 2, solved, lambda *_: np.full(2, 0.5))
+    search = Search(Task(TASK.judge, limits, TASK.minimised), [(2,)], 2, solved, lambda *_: np.full(2, 0.5))
     known = search.run()
     best = min(known, key=search.merit)
     assert best.design.x[0] < 0.02 and best.plain["height"] == pytest.approx(1.0, abs=0.1)

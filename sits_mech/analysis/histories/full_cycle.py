@@ -19,7 +19,7 @@ from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import POSE, Wrench
 from sits_mech.readout.loads import request_of
-from sits_mech.readout.signals import moves, shown_signals
+from sits_mech.readout.signals import changes, shown_signals
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import joined, marked
 
@@ -54,6 +54,6 @@ def difference(cheap: xr.Dataset, full: xr.Dataset) -> dict[str, float]:
     for name in (*POSE, *shown_signals(full)):
         own, other = full[name].to_numpy(), cheap[name].to_numpy()
         span, error = float(np.ptp(own)), full[f"error_{name}"].to_numpy()
-        if moves(own, error) if name in shown_signals(full) else span > 2.0 * float(np.max(error)):
+        if changes(own, error) if name in shown_signals(full) else span > 2.0 * float(np.max(error)):
             found[name] = 100.0 * float(np.max(np.abs(own - other))) / span
     return found

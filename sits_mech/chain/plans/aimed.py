@@ -20,7 +20,7 @@ import numpy as np
 from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely, worst
 from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.plans.goal import HALF, Goal, goal_at
-from sits_mech.chain.plans.prices import SURE, Look, expected
+from sits_mech.chain.plans.prices import SURE, Expected, expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -35,7 +35,7 @@ from sits_mech.status import FAILED, OK
 class Promise(NamedTuple):
     """Seconds of processor time and error, over the signals' full scale: planned after a first look, and reached."""
 
-    planned: Look
+    planned: Expected
     seconds: float
     reached: float  # as planned: of the numerics
     error: float  # the whole, with what is left out
@@ -67,7 +67,7 @@ class Aim:
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
-    def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Look:
+    def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Expected:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
         seen = expected(first.report, off, self.left, solved)
@@ -76,7 +76,7 @@ class Aim:
         seconds = seen.seconds + model.cost(question).seconds
         return seen._replace(error=seen.error + self.goal.magnetics, seconds=seconds)
 
-    def refuse_beyond(self, planned: Look, where: str) -> None:
+    def refuse_beyond(self, planned: Expected, where: str) -> None:
         """Raise SceneError for a tolerance that cannot be reached."""
         if planned.error > SURE * self.tolerance:
             can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s, which best takes"
@@ -109,7 +109,7 @@ class AimedLoads(NamedTuple):
     settled: Mapping[Wrench, Settled]
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
-    planned: Look | None = None  # from the largest load's first meshes; None where nothing was planned
+    planned: Expected | None = None  # from the largest load's first meshes; None where nothing was planned
     reached: float = np.nan  # error over the signals' full scale; NaN where nothing was planned
     goal: Goal | None = None  # None where no signal changes
 
@@ -128,7 +128,7 @@ def aimed_loads(
     loads, begun = grid.loads, dict[Wrench, Settled]()
     aim: Aim | None = None
     first: Equilibrium | None = None  # under the largest load
-    planned: Look | None = None
+    planned: Expected | None = None
 
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""

@@ -19,7 +19,7 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.goal import HALF, Goal, goal_of
-from sits_mech.chain.plans.prices import LoadForecast, Look, forecast_load, forecast_touch, look
+from sits_mech.chain.plans.prices import Expected, LoadForecast, expected_for, forecast_load, forecast_touch
 from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.rests import check_way
 from sits_mech.description import Description, Question, sized
@@ -134,7 +134,7 @@ def plan(
     left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads, bent=layer.bent)
     left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(seen.notes if isinstance(seen, Look) else ()), *_notes(sensor, loads, seen))
+    notes = (*(seen.notes if isinstance(seen, Expected) else ()), *_notes(sensor, loads, seen))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
@@ -206,7 +206,7 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 def _halves(
     sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
-    seen: Look | LoadForecast | None,
+    seen: Expected | LoadForecast | None,
 ) -> Iterator[tuple[PlannedHalf, list[PlannedHalf]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
@@ -297,7 +297,7 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
 
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Look | LoadForecast | None:
+) -> Expected | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
     Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
@@ -322,14 +322,14 @@ def _seen(
         goals.append(goal)
         return goal.mechanics(poses_of([found]))
 
-    seen = look(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0], tolerance, measure)
+    seen = expected_for(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0], tolerance, measure)
     if seen is None or not goals:
         return seen
     finer = MAGNETICS[coils[1]].share * tolerance / ROUGH
     return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
 
 
-def _as_seen(step: PlannedHalf, seen: Look | LoadForecast | None) -> PlannedHalf:
+def _as_seen(step: PlannedHalf, seen: Expected | LoadForecast | None) -> PlannedHalf:
     """Return a step as the load's first meshes show it, or as it is counted."""
     if seen is None:
         return step
@@ -340,7 +340,7 @@ def _as_seen(step: PlannedHalf, seen: Look | LoadForecast | None) -> PlannedHalf
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | LoadForecast | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Expected | LoadForecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
@@ -348,7 +348,7 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Look | LoadForecast | 
         found += _overhang(sensor)
         lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
         found += (Note.of(NoteKind.STATED, text=text) for text in lines)
-    if not isinstance(seen, Look) and loads and _HELD < bound < math.inf:
+    if not isinstance(seen, Expected) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 

@@ -130,7 +130,7 @@ def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
     return math.hypot(sink + edge, shear), near and sink * reach > _BULGED
 
 
-class Look(NamedTuple):
+class Expected(NamedTuple):
     """Relative error to expect of a load's answer, processor seconds, and notes that speak against it.
 
     The error is infinite where the load is not carried; `magnetics` is the error beside it, where known.
@@ -142,9 +142,9 @@ class Look(NamedTuple):
     magnetics: float | None = None
 
 
-def look(
+def expected_for(
     layer: MechanicalModel, load: Wrench, tolerance: float, measure: Callable[[Equilibrium], float]
-) -> Look | None:
+) -> Expected | None:
     """Return what to expect of a load [N, N m]; None of a model that has no first meshes.
 
     `measure` gives the error of an answer on the first meshes, which `tolerance` is asked of.
@@ -155,19 +155,19 @@ def look(
         found = layer.rough.equilibrium(load)
     except SolveFailed as failure:
         note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
-        return Look(float("inf"), _seconds(failure.report), (note,))
+        return Expected(float("inf"), _seconds(failure.report), (note,))
     return expected(found.report, measure(found), tolerance)
 
 
-def expected(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Look:
+def expected(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Expected:
     """Return what to expect of `count` loads from the answer and error of the largest one's first two meshes."""
     each = _seconds(first) * (1.0 if count == 1 else _MEAN)
     if error <= tolerance:
-        return Look(error, count * each, _known(first))
+        return Expected(error, count * each, _known(first))
     finer, times, left = further(first, error, tolerance, count)
     seconds = (count + finer * times) * each
     beyond = Note.of(NoteKind.OUT_OF_REACH, tolerance=tolerance, reached=left)
-    return Look(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
+    return Expected(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
 
 
 def further(first: SolveReport, error: float, tolerance: float, count: int) -> tuple[int, float, float]:

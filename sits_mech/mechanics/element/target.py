@@ -54,11 +54,11 @@ def moved(q: Array, step: Array) -> Array:
     return found
 
 
-def between(q: Array, goal: Array) -> Array:
+def between(q: Array, end: Array) -> Array:
     """Return the step from one motion to another: the inverse of `moved`."""
-    step = goal - q
+    step = end - q
     if len(q) == 6:
-        step[_TURN] = rotation_vector(rotation_matrix(goal[_TURN]) @ rotation_matrix(q[_TURN]).T)
+        step[_TURN] = rotation_vector(rotation_matrix(end[_TURN]) @ rotation_matrix(q[_TURN]).T)
     return step
 
 

@@ -77,8 +77,8 @@ class Control:
         """Given forces by name."""
         return {name: value for name in WRENCH if (value := getattr(self, name)) is not None}
 
-    def goal(self, lengths: Array, loads: Array) -> Array:
-        """Return the scaled goal: a force, or d_h, d_z = -sink, ... where held; shape (6,).
+    def scaled(self, lengths: Array, loads: Array) -> Array:
+        """Return the scaled control: a force, or d_h, d_z = -sink, ... where held; shape (6,).
 
         `lengths` and `loads` (6,) are the units of motion and load components [m, rad; N, N m].
         """

@@ -55,7 +55,7 @@ class Friction(Walk):
         super().__init__(body, start, path, step=1.0 / parts, most=affordable(body, 0.5 * path.legs))
         self.slip = _SLIP / parts
 
-    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+    def rest(self, end: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
         """Return the rest at the end of an increment, whose pressures are those that its slip was limited by."""
         here, before = self.here, _looked_at(self.body, self.here)
         tractions = here.grip or tuple(np.zeros_like(place) for place, _, _ in before)
@@ -67,7 +67,7 @@ class Friction(Walk):
                 for part, p, begin, (_, _, normal) in zip(rough(self.body), pressures, starts, seen, strict=True)
             ]
             for first in (guess, here):  # from its beginning points come out of sticking, which is the surer way
-                found = super().rest(goal, replace(first, iterations=0), _with(self.body, grips))
+                found = super().rest(end, replace(first, iterations=0), _with(self.body, grips))
                 spent += found.state.iterations
                 if not found.reason:
                     break
@@ -124,15 +124,15 @@ def begun(body: Bonded) -> Moment:
     return _moment(body, memories, state, np.inf) if body.laws.swell else Moment(state, memories)
 
 
-def later(body: Bonded, now: Moment, dt: float, goal: Array, held: Mask) -> Moment | PathEnd:
-    """Return the layer a step `dt` [s] later, under a goal that changes linearly, or why there is none.
+def later(body: Bonded, now: Moment, dt: float, end: Array, held: Mask) -> Moment | PathEnd:
+    """Return the layer a step `dt` [s] later, under loads or places that change linearly, or why there is none.
 
-    ``dt = 0`` is a sudden change; `goal` (k,) as of a `Path`, scaled, like `held`.
+    ``dt = 0`` is a sudden change; `end` (k,) as at the end of a `Path`, scaled, like `held`.
     """
     begin = np.where(held, now.state.q, now.state.load)
     pairs = zip(body.laws.each, now.memories, strict=True)
     laws = body.laws.after([past_after(law.silicone, memory, dt) for law, memory in pairs])
-    aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((begin, goal), held)
+    aged, path = replace(body, laws=laws, shared=cache(lambda: body.pattern)), Path((begin, end), held)
     rule: dict[str, Any] = {"rule": Friction, "parts": _PARTS} if rough(body) else {"smallest": _SHORTEST}
     found = advance(aged, replace(now.state, iterations=0), path, **rule)
     return found.reason or _moment(body, now.memories, found.state, dt)

@@ -47,7 +47,7 @@ from sits_mech.quantities import Array, Mask
 SETTLED = 1e-9
 """Residual, over the load's size or the share of K below which rounding would rule, of a state at rest."""
 MOST = 16
-"""Iterations after which an increment is given up; twice as many of a descent, which took 12 to 25 (test_limit.py)."""
+"""Iterations after which an increment is given up; twice as many of a descent, 12 to 25 taken (test_limit_point.py)."""
 LONGEST = 1.5
 """Largest displacement of the target's edge in the first step of an increment [thicknesses]."""
 
@@ -76,17 +76,17 @@ PLAIN, DESCENT = Steps(), Steps(falling=True)
 
 
 def newton(
-    body: Bonded, start: State, goal: Array, held: Mask | None = None, *, arc: Arc | None = None, steps: Steps = PLAIN
+    body: Bonded, start: State, end: Array, held: Mask | None = None, *, arc: Arc | None = None, steps: Steps = PLAIN
 ) -> Outcome:
-    """Iterate to rest under one goal; the result's reason says whether it settled.
+    """Iterate to rest under given loads and places; the result's reason says whether it settled.
 
-    Goal and `held` as of a `Path`. With an `arc` the part of the path is found, too. With `steps.enough` the target
-    comes nearly to rest, long before the last corner: its last move is its error, `off`, and a step that no other can
-    follow is the last.
+    `end` (k,) and `held` as of a `Path`. With an `arc` the part of the path is found, too. With `steps.enough` the
+    target comes nearly to rest, long before the last corner: its last move is its error, `off`, and a step that no
+    other can follow is the last.
     """
     held = np.zeros(body.components, dtype=bool) if held is None else held
     take = eliminated if steps.eliminating else partial(stepped, held=held, falling=steps.falling)
-    load = np.where(held, start.load, goal)
+    load = np.where(held, start.load, end)
     here = replace(start, load=load, height=body.stands(start.u, load), known=deformed_state(body, start))
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
@@ -94,12 +94,12 @@ def newton(
     nearly = steps.enough is not None
     most = 2 * MOST if steps.falling and not nearly else MOST
     for count in range(most + 1):
-        aim = aim_of(here, goal if arc is None else goal + part * arc.slope, held, arc)
+        aim = aim_of(here, end if arc is None else end + part * arc.slope, held, arc)
         left.append(_residual(body, here, found, aim))
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
         moved = max(body.length(off), lift)
-        if count == most or _done(steps, left, (moved, taken), body.slips | body.meets(goal)):
+        if count == most or _done(steps, left, (moved, taken), body.slips | body.meets(end)):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one

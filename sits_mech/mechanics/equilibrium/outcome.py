@@ -16,7 +16,7 @@ from sits_mech.quantities import Array, Mask
 class PathEnd(StrEnum):
     """Why a load path ended."""
 
-    NONE = ""  # it is at its goal; of a state: it counts
+    NONE = ""  # it got there; of a state: it counts
     BUCKLED = "buckled"  # stability is lost
     SIDEWAYS = "sideways"  # the same, out of the plane of symmetry
     TURNED = "turned"  # the load is largest
@@ -52,32 +52,32 @@ FREE = np.zeros(0, dtype=bool)
 
 @dataclass(frozen=True)
 class Path:
-    """The way through goals, straight from each to the next."""
+    """The way through corners, straight from each to the next."""
 
-    goals: tuple[Array, ...]  # (k,) each, scaled: forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
+    corners: tuple[Array, ...]  # (k,) each, scaled: forces F_x, F_z, M, ...; d_h, d_z, alpha, ... where held
     held: Mask = field(default_factory=lambda: FREE)  # (k,), components whose places are given
     out_of_plane: Mask | None = None  # (3,), out-of-plane components that are given; None: none
 
     def __post_init__(self) -> None:
         """Give every component a word."""
         if not len(self.held):
-            object.__setattr__(self, "held", np.zeros(len(self.goals[0]), dtype=bool))
+            object.__setattr__(self, "held", np.zeros(len(self.corners[0]), dtype=bool))
 
     @property
     def legs(self) -> int:
-        """Number of ways from goal to goal."""
-        return len(self.goals) - 1
+        """Number of ways from corner to corner."""
+        return len(self.corners) - 1
 
     @property
     def slope(self) -> Array:
-        """Derivative of the goal by the part of the last leg."""
-        return self.goals[-1] - self.goals[-2]
+        """Derivative of what is given by the part of the last leg."""
+        return self.corners[-1] - self.corners[-2]
 
-    def goal(self, part: float) -> Array:
-        """Return the goal after so many legs and a part of one."""
+    def at(self, part: float) -> Array:
+        """Return what is given after so many legs and a part of one."""
         leg = min(int(part), self.legs - 1)
         share = part - leg
-        return (1.0 - share) * self.goals[leg] + share * self.goals[leg + 1]
+        return (1.0 - share) * self.corners[leg] + share * self.corners[leg + 1]
 
 
 class Arc(NamedTuple):
@@ -86,7 +86,7 @@ class Arc(NamedTuple):
     origin: Array
     normal: Array
     ahead: float
-    slope: Array  # derivative of the goal by the part of the path
+    slope: Array  # derivative of what is given by the part of the path
 
 
 class StepTarget(NamedTuple):
@@ -98,9 +98,9 @@ class StepTarget(NamedTuple):
     ahead: float = 0.0
 
 
-def aim_of(here: State, goal: Array, held: Mask, arc: Arc | None) -> StepTarget:
+def aim_of(here: State, end: Array, held: Mask, arc: Arc | None) -> StepTarget:
     """Return the gaps to the held places and to the plane of an arc."""
-    gap = np.where(held, between(here.q, np.where(held, goal, here.q)), 0.0)
+    gap = np.where(held, between(here.q, np.where(held, end, here.q)), 0.0)
     if arc is None:
         return StepTarget(held, gap)
     return StepTarget(held, gap, arc, arc.ahead - float(arc.normal @ between(arc.origin, here.q)))
@@ -120,15 +120,15 @@ def bordered(body: Bonded, q: Array, stiffness: Array, held: Mask, path: tuple[A
 
 @dataclass(frozen=True)
 class Outcome:
-    """The end of a way: of Newton's method under one goal, or of a path.
+    """The end of a way: of Newton's method, or of a path.
 
     At rest S (k, k) is the stiffness of the target, empty if unknown; `odd` that on motions hidden by symmetry, if any.
     """
 
     state: State  # of a path, the last one at rest
-    reached: float = 1.0  # part of the path, or its legs that were gone; 1, or all of them, is the goal
+    reached: float = 1.0  # part of the path, or its legs that were gone; 1, or all of them, is the whole
     reason: PathEnd = PathEnd.NONE  # why not farther; against the state, if it does not count
-    limit: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh; None: no limit found
+    limit_point: tuple[float, float] | None = None  # fraction carried and its tolerance on this mesh, if any
     stiffness: float = np.nan  # smallest eigenvalue of S and `odd`; inf if all places are held, nan if unknown
     hidden: float = np.nan  # that of `odd`; inf if nothing is hidden
     S: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
@@ -144,8 +144,8 @@ class Outcome:
     def over(self, begin: float, end: float) -> Outcome:
         """Map the outcome to a longer path, of which this one was from a part to another."""
         size = end - begin
-        limit = None if self.limit is None else (begin + size * self.limit[0], size * self.limit[1])
-        return replace(self, reached=begin + size * self.reached, limit=limit)
+        there = None if self.limit_point is None else (begin + size * self.limit_point[0], size * self.limit_point[1])
+        return replace(self, reached=begin + size * self.reached, limit_point=there)
 
 
 def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
@@ -154,11 +154,11 @@ def carried(coarse: Outcome, fine: Outcome) -> tuple[float, float] | None:
     The error is their difference, no order assumed; if only one found a limit, the difference to where the other got;
     nan if the other was not followed to its end.
     """
-    own = fine.limit or coarse.limit
+    own = fine.limit_point or coarse.limit_point
     if own is None:
         return None
-    other = coarse if fine.limit is not None else fine
+    other = coarse if fine.limit_point is not None else fine
     if other.reason is PathEnd.LONG:
         return own[0], np.nan
-    there, located = other.limit or (other.reached, 0.0)
+    there, located = other.limit_point or (other.reached, 0.0)
     return own[0], abs(own[0] - there) + own[1] + located

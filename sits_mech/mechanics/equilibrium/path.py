@@ -1,6 +1,6 @@
 """Advance a layer along a path, from rest to rest, by a rule that chooses increments.
 
-    path --(rule: an increment)--> goal --(newton.py)--> state --(does it count?)--> next increment, or Outcome
+    path --(rule: an increment)--> load --(newton.py)--> state --(does it count?)--> next increment, or Outcome
 
 What is given may be any mix of forces and places of the target (control.py): with a place given, a path goes past the
 largest load that the layer carries. Increments at whose end no rest is found are shortened, as far as the rule allows,
@@ -9,7 +9,7 @@ and lengthened again after.
 `PathLeg`: an elastic layer. The whole load is tried at once, as far as linear theory says that the target moves a
 thickness or so; increments grow where it is easy, and end where the stiffness would vanish if it went on as it does.
 From an increment that does not come to rest, or to a state that does not count (newton.py), the path goes on by its
-length (limit.py), which finds the largest load, or the one at which stability is lost, as a number.
+length (limit_point.py), which finds the largest load, or the one at which stability is lost, as a number.
 
 `Swelling`: what swells without load, by parts. With friction: increments.py.
 
@@ -26,7 +26,7 @@ from math import isclose
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State, rest
-from sits_mech.mechanics.equilibrium.limit import pursued
+from sits_mech.mechanics.equilibrium.limit_point import pursued
 from sits_mech.mechanics.equilibrium.newton import (
     DESCENT,
     EASY,
@@ -64,17 +64,17 @@ class Walk:
         """Whether there are iterations left for an increment."""
         return self.here.iterations < self.most
 
-    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
-        """Return the rest under a goal, found again where free faces it did not hold apart have met.
+    def rest(self, end: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest at the end of an increment, found again where free faces it did not hold apart have met.
 
         Full Newton steps are tried first; where singular edges make them wander, the potential is descended.
         """
         start = start or replace(self.here, iterations=0)
         self.body = (body or self.body).near(start.u)
         for _ in range(_LOOKS):
-            found = newton(self.body, start, goal, self.path.held, steps=self.steps)
+            found = newton(self.body, start, end, self.path.held, steps=self.steps)
             if self._wanders(found):
-                found = newton(self.body, start, goal, self.path.held, steps=DESCENT).after(found)
+                found = newton(self.body, start, end, self.path.held, steps=DESCENT).after(found)
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
@@ -142,10 +142,10 @@ class Swelling(Walk):
 
     judges = False
 
-    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+    def rest(self, end: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
         """Return the rest of a body that has swollen by a part."""
         some = replace(self.body, laws=self.body.laws.swollen(self.end))
-        return newton(some, replace(self.here, iterations=0), goal)
+        return newton(some, replace(self.here, iterations=0), end)
 
 
 class Pressing(Walk):
@@ -159,24 +159,24 @@ class Pressing(Walk):
     def __init__(self, body: Bonded, start: State, path: Path, *, smallest: float = 1.0, most: float = np.inf) -> None:
         super().__init__(body, start, path, most=min(most, affordable(body)))
 
-    def rest(self, goal: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
-        """Return the rest under a goal, where what presses has room."""
+    def rest(self, end: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
+        """Return the rest at the end of an increment, where what presses has room."""
         begun, own = replace(start or self.here, iterations=0), body or self.body
-        if (press := own.press) is None or not press.meets(goal):
-            return super().rest(goal, begun, own)
+        if (press := own.press) is None or not press.meets(end):
+            return super().rest(end, begun, own)
         ways = ((press.depth,), press.depths)[not press.meets(begun.load) :]
-        found = self._let_in(own, begun, goal, press, ways[0])
+        found = self._let_in(own, begun, end, press, ways[0])
         if found.reason and len(ways) > 1:
-            found = self._let_in(own, begun, goal, press, ways[1]).after(found)
+            found = self._let_in(own, begun, end, press, ways[1]).after(found)
         sunk = not found.reason and -found.state.height > press.room
         return replace(found, reason=PathEnd.SUNK) if sunk else found
 
-    def _let_in(self, body: Bonded, begun: State, goal: Array, press: Press, depths: Sequence[float]) -> Outcome:
-        """Return the rest under a goal, reached through rests by which a shape is let in more and more."""
+    def _let_in(self, body: Bonded, begun: State, end: Array, press: Press, depths: Sequence[float]) -> Outcome:
+        """Return the rest at the end of an increment, through rests by which a shape is let in more and more."""
         found = Outcome(begun)
         for depth in depths:
             softer, begun = replace(body, press=replace(press, depth=depth)), replace(found.state, iterations=0)
-            found = super().rest(goal, begun, softer).after(found)
+            found = super().rest(end, begun, softer).after(found)
             if found.reason:
                 break
         return found
@@ -185,7 +185,7 @@ class Pressing(Walk):
 def advance(
     body: Bonded, start: State, path: Path, rule: Callable[..., Walk] | None = None, **options: float
 ) -> Outcome:
-    """Follow a path from a state at rest under its first goal by a rule; ``reached == path.legs`` at the end.
+    """Follow a path from a state at rest at its first corner by a rule; ``reached == path.legs`` at the end.
 
     The rule is that of a leg, or of a cover that is pressed on; `options` are the rule's. A body finds it once for the
     same numbers.
@@ -202,7 +202,7 @@ def advance(
             break
         there, leg = walk.at + walk.step, int(walk.at) + 1.0
         walk.end = leg if there > leg or isclose(there, leg) else there
-        found = walk.rest(path.goal(walk.end))
+        found = walk.rest(path.at(walk.end))
         found = judged(walk.body, path, found) if walk.judges else found
         spent = walk.here.iterations + found.state.iterations
         walk.here = replace(walk.here if found.reason else found.state, iterations=spent)

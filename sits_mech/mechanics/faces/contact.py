@@ -243,7 +243,7 @@ def _depth_inside(plate: PlateOutline, y: Array) -> Jet:
 class Grip:
     """Friction of m points in one increment."""
 
-    limit: Array  # (m,), f p, the largest traction [shear moduli]
+    largest: Array  # (m,), f p, the largest traction [shear moduli]
     anchor: Array  # (m, 3), y_0 - s_e [thicknesses]
     normal: Array  # (m, 3), unit n; nothing along it is held
     slip: float  # s_0 [thicknesses]
@@ -253,12 +253,12 @@ class Grip:
         s, size = self._slipped(y)
         x = size / self.slip
         inside = np.minimum(x, 1.0)
-        energy = self.limit * self.slip * inside * (x - 0.5 * inside)
+        energy = self.largest * self.slip * inside * (x - 0.5 * inside)
         way = s / np.maximum(size, _TINY)[:, None]
-        across = (self.limit / np.maximum(size, self.slip))[:, None, None]
+        across = (self.largest / np.maximum(size, self.slip))[:, None, None]
         plane = np.eye(3) - self.normal[:, :, None] * self.normal[:, None, :]
         along = np.where(x > _SLIPS, 1.0, 0.0)[:, None, None] * way[:, :, None] * way[:, None, :]
-        return energy, (self.limit * inside)[:, None] * way, across * (plane - along)
+        return energy, (self.largest * inside)[:, None] * way, across * (plane - along)
 
     def traction(self, y: Array) -> Array:
         """Return tau at places y, shape (m, 3) [shear moduli]."""
@@ -271,11 +271,11 @@ class Grip:
         return s, np.linalg.norm(s, axis=1)
 
 
-def gripped(limit: Array, start: tuple[Array, Array], normal: Array, slip: float) -> Grip:
+def gripped(largest: Array, start: tuple[Array, Array], normal: Array, slip: float) -> Grip:
     """Return the friction of an increment that starts at places and tractions y_0, tau_0, shape (m, 3)."""
     place, before = start
     before = before - (before * normal).sum(axis=1)[:, None] * normal
     size = np.linalg.norm(before, axis=1)
-    share = np.minimum(size / np.maximum(limit, _TINY), 1.0)
+    share = np.minimum(size / np.maximum(largest, _TINY), 1.0)
     elastic = slip * share / np.maximum(size, _TINY)
-    return Grip(limit, place - elastic[:, None] * before, normal, slip)
+    return Grip(largest, place - elastic[:, None] * before, normal, slip)

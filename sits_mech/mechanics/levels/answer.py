@@ -20,7 +20,7 @@ from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
-from sits_mech.mechanics.levels.refine import finer, refine
+from sits_mech.mechanics.levels.refine import later_rests, refine
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Mask, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, silicones_of
@@ -40,7 +40,7 @@ def scaled_control(body: Bonded, scales: Scales, control: Control) -> tuple[Mask
     k, held = body.components, control.held
     if k == 6 and not control.out_of_plane:
         held[3:] = True
-    return held[:k], control.goal(scales.lengths, scales.loads)[:k]
+    return held[:k], control.scaled(scales.lengths, scales.loads)[:k]
 
 
 def starts(levels: Levels, scales: Scales, load: Wrench, state: Array) -> list[State]:
@@ -136,7 +136,7 @@ def extrapolated_equilibrium(
 ) -> Equilibrium:
     """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
 
-    `walk` yields the finer levels (default `finer`). The state of the answer begins with the family's `number`.
+    `walk` yields the finer levels (default `later_rests`). The state of the answer begins with the family's `number`.
     """
     (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
     body = levels.fine
@@ -184,7 +184,7 @@ def extrapolated_equilibrium(
         paid = max(line.asked, _PAYS * left(best))
         return level >= most or left(levels.foreseen(best, level, last)) > paid or levels.creased(states)
 
-    found, large = refine(levels, chain(begun, walk or finer(levels, states, (held, end), given)), enough, most)
+    found, large = refine(levels, chain(begun, walk or later_rests(levels, states, (held, end), given)), enough, most)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
     before, strained = (layer_stretch(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, share)) * unit * scales.lengths[:k]

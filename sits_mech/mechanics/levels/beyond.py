@@ -55,7 +55,7 @@ def overload_refusal(line: Line, start: Equilibrium | None, control: Control) ->
     number, look = max(looks, key=lambda each: (_far(line, *each), _share(each[1])))
     if _far(line, number, look):
         return _within(line, number, control, look)
-    found, body, limit = last_rest(line, number, look.state), line[number].coarse, look.limit
+    found, body, limit = last_rest(line, number, look.state), line[number].coarse, look.limit_point
     own = None if limit is None else (limit[0], math.nan)
     load = None if own is None else largest_load(line, body, control, found, own)
     laws = law_notes(line.sensor, layer_stretch(body, look.state.u, apart=0.0).each)
@@ -64,7 +64,7 @@ def overload_refusal(line: Line, start: Equilibrium | None, control: Control) ->
 
 def _share(look: Outcome) -> float:
     """Return the share of a load that a look carries, or got to."""
-    return look.reached if look.limit is None else sum(look.limit)
+    return look.reached if look.limit_point is None else sum(look.limit_point)
 
 
 def _far(line: Line, number: int, look: Outcome) -> bool:

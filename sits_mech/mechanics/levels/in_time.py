@@ -93,7 +93,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
 def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
     """Return the motion on one family of meshes, and whether free faces touch anything."""
     asked, count, scales = min(line.asked, 1.0), min(WALKED, len(levels)), line.scales
-    goals, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
+    ends, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
     given = history.held[:k]
     sides = scaled_control(levels.coarse, scales, under(history.farthest))[0] | given, given
     first = _First(levels.coarse, sides, _GROWTH * asked)
@@ -104,7 +104,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
     def walked() -> Iterator[_Walk]:
         """Yield the walks of the levels; further ones as long as they get to the end."""
-        first.timed(history.time, goals[:, :k], np.flatnonzero(history.solved), share(0))
+        first.timed(history.time, ends[:, :k], np.flatnonzero(history.solved), share(0))
         yield first
         for level in range(1, count):
             try:
@@ -200,9 +200,9 @@ class _Walk:
         """Return what is found in a state, (k,)."""
         return np.where(self.given, state.load, state.q)
 
-    def step(self, now: Moment, dt: float, goal: Array, time: float) -> Moment:
+    def step(self, now: Moment, dt: float, end: Array, time: float) -> Moment:
         """Return the moment one step later."""
-        found = later(self.body, now, dt, goal, self.held)
+        found = later(self.body, now, dt, end, self.held)
         if isinstance(found, PathEnd):
             raise _Ended(time, found, now)
         return found
@@ -210,8 +210,8 @@ class _Walk:
     def follow(self, first: _First, tell: Callable[[float], None]) -> _Walk:
         """Walk in the steps of the first level."""
         at = first.time[0]
-        for number, (time, goal) in enumerate(zip(first.time, first.goal, strict=True), 1):
-            moment = self.step(self.now, time - at, goal, time)
+        for number, (time, end) in enumerate(zip(first.time, first.ends, strict=True), 1):
+            moment = self.step(self.now, time - at, end, time)
             self.keep(moment, moment.state.iterations)
             at = time
             tell(number / len(first.time))
@@ -225,7 +225,7 @@ class _First(_Walk):
         super().__init__(body, sides)
         self.growth, self.other = growth, begun(body)
         self.time: list[float] = []
-        self.goal: list[Array] = []
+        self.ends: list[Array] = []
         self.rows: list[bool] = []  # which times are the history's
         self.gap: list[Array] = []  # error in time of what is found, (k,) each
         self.next, self.size = np.inf, 0.0 * body.levers  # step, units of what is found so far
@@ -239,8 +239,8 @@ class _First(_Walk):
 
     def both(self, found: Array) -> tuple[Array, Array]:
         """Return motions and loads, (m, k) each, of which one is found and the other given."""
-        goal = np.array(self.goal)
-        return np.where(self.given, goal, found), np.where(self.given, found, goal)
+        ends = np.array(self.ends)
+        return np.where(self.given, ends, found), np.where(self.given, found, ends)
 
     def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], tell: Callable[[float], None]) -> None:
         """Walk with steps limited by the error in time, to some rows; before the first time there is no load."""
@@ -265,7 +265,7 @@ class _First(_Walk):
                 continue
             gone = there
             self.time.append(float(times[-1]) if count == 1 else begin + there)
-            self.goal.append(at(there))
+            self.ends.append(at(there))
             self.rows.append(count == 1)
             if count == 1:
                 return

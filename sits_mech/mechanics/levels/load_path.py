@@ -90,8 +90,8 @@ def _followed(line: Line, body: Bonded, controls: Sequence[Control], parts: int)
     """Follow a path of loads from rest on one mesh; whole pads may leave the plane where any load does."""
     farthest = next((control for control in controls if control.out_of_plane), controls[-1])
     held, _ = scaled_control(body, line.scales, farthest)
-    goals = (np.zeros(body.components), *(scaled_control(body, line.scales, control)[1] for control in controls))
-    return advance(body, unloaded(body), Path(goals, held, controls[-1].held[3:]), Friction, parts=parts)
+    corners = (np.zeros(body.components), *(scaled_control(body, line.scales, control)[1] for control in controls))
+    return advance(body, unloaded(body), Path(corners, held, controls[-1].held[3:]), Friction, parts=parts)
 
 
 def _finer(line: Line, levels: Levels, controls: Sequence[Control], parts: int) -> Iterator[Outcome]:

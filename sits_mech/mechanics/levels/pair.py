@@ -58,7 +58,7 @@ class Pair(NamedTuple):
     second: Outcome  # of the second, as far as it was followed
     part: float = 1.0  # of the path at which the states are
     reason: PathEnd = PathEnd.NONE
-    limit: tuple[float, float] | None = None  # largest load as a fraction of the path, with its error, if there is one
+    limit_point: tuple[float, float] | None = None  # largest load as a fraction of the path, with its error, if any
     begin: Array | float = 0.0  # of the path: load, or place where held, (k,)
 
 
@@ -69,7 +69,7 @@ class Solved(NamedTuple):
     part: float
     reason: PathEnd = PathEnd.NONE
     carried: tuple[Wrench, Wrench] | None = None  # largest load and its error, if limited
-    limit: tuple[float, float] | None = None  # the same as a fraction of the path, with its error
+    limit_point: tuple[float, float] | None = None  # the same as a fraction of the path, with its error
     laws: tuple[Note, ...] = ()  # notes on the silicone's law in the farthest state of the coarse mesh
     seen: float = 1.0  # fraction of the path the coarse mesh got to
 
@@ -99,25 +99,25 @@ def second_look(
     held, end = scaled_control(levels.fine, line.scales, control)
     begin = np.where(held, coarse_start.q, coarse_start.load)
     path, midway = partial(Path, held=held, out_of_plane=control.held[3:]), begin + first.reached * (end - begin)
-    spend = np.inf if first.reached == 1.0 else _LAST if first.limit is None else VERDICT
+    spend = np.inf if first.reached == 1.0 else _LAST if first.limit_point is None else VERDICT
     body = levels.fine.plain if _stands(levels, first, control) else levels.fine
     fine = advance(body, _begun(line, number, start, 1), path((begin, midway)), smallest=smallest, most=spend)
     fine = fine.over(0.0, first.reached)
     there, rest_below = fine, first.state
-    if first.limit is not None and fine.reached == first.reached:  # and how far beyond?
+    if first.limit_point is not None and fine.reached == first.reached:  # and how far beyond?
         left = advance(levels.fine, fine.state, path((midway, end)), smallest=_LOOK, most=VERDICT)
         there = left.over(first.reached, 1.0)
-    elif fine.reached < first.reached:  # both must rest under one goal for the error to mean something
-        goal = begin + fine.reached * (end - begin)
-        rest_below = advance(levels.coarse, coarse_start, path((begin, goal)), smallest=smallest).state
-    why = (there if there.limit is not None or first.reached == 1.0 else first).reason
+    elif fine.reached < first.reached:  # both must rest under one load for the error to mean something
+        stop = begin + fine.reached * (end - begin)
+        rest_below = advance(levels.coarse, coarse_start, path((begin, stop)), smallest=smallest).state
+    why = (there if there.limit_point is not None or first.reached == 1.0 else first).reason
     return Pair(number, (rest_below, fine.state), first, there, fine.reached, why, carried(first, there), begin)
 
 
 def from_first(line: Line, number: int, control: Control, first: Outcome) -> Pair | None:
     """Bring the second level to rest from the first level's; None where it does not rest."""
-    levels, (held, goal) = line[number], scaled_control(line[number].fine, line.scales, control)
-    found = _from_before(levels, first.state, Path((0.0 * goal, goal), held, control.held[3:]))
+    levels, (held, end) = line[number], scaled_control(line[number].fine, line.scales, control)
+    found = _from_before(levels, first.state, Path((0.0 * end, end), held, control.held[3:]))
     return None if found is None else Pair(number, (first.state, found.state), first, found)
 
 
@@ -130,12 +130,12 @@ def beyond_first(line: Line, control: Control, pair: Pair) -> Pair | None:
     number = line.without_first(pair.number)
     if number is None:
         return None
-    levels, (held, goal) = line[number], scaled_control(line[number].fine, line.scales, control)
+    levels, (held, end) = line[number], scaled_control(line[number].fine, line.scales, control)
     path = partial(Path, held=held, out_of_plane=control.held[3:])
-    midway = pair.begin + pair.part * (goal - pair.begin)
-    found = _from_before(levels, pair.states[1], path((0.0 * goal, midway)))
-    begun = (unloaded(levels.fine), 0.0 * goal) if found is None else (replace(found.state, iterations=0), midway)
-    there = advance(levels.fine, begun[0], path((begun[1], goal)), smallest=_LOOK)
+    midway = pair.begin + pair.part * (end - pair.begin)
+    found = _from_before(levels, pair.states[1], path((0.0 * end, midway)))
+    begun = (unloaded(levels.fine), 0.0 * end) if found is None else (replace(found.state, iterations=0), midway)
+    there = advance(levels.fine, begun[0], path((begun[1], end)), smallest=_LOOK)
     return None if there.reason else Pair(number, (pair.second.state, there.state), pair.second, there)
 
 
@@ -144,12 +144,12 @@ def _from_before(levels: Levels, state: State, path: Path) -> Outcome | None:
 
     The state is at the end of the path.
     """
-    body, goal, held = levels.fine, path.goals[-1], path.held
+    body, end, held = levels.fine, path.corners[-1], path.held
     enough = _SETTLES * body.length(state.q)
-    near = None if body.patch is None else nearly_at_rest(levels, 1, state, (held, goal), enough)
+    near = None if body.patch is None else nearly_at_rest(levels, 1, state, (held, end), enough)
     if near is None or near.reason:
         return None
-    found = judged(body, path, newton(body, replace(near.state, iterations=0), goal, held)).after(near)
+    found = judged(body, path, newton(body, replace(near.state, iterations=0), end, held)).after(near)
     return None if found.reason else found
 
 
@@ -159,9 +159,10 @@ def refined_answer(line: Line, pair: Pair, control: Control) -> Solved:
     found = extrapolated_equilibrium(line if whole else replace(line, deepest=2), pair.number, control, pair.states)
     if whole:
         found = replace(found, wrench=replace(found.wrench, **control.forces))
-    load = None if pair.limit is None else largest_load(line, levels.fine, control, found, pair.limit, pair.begin)
+    there = pair.limit_point
+    load = None if there is None else largest_load(line, levels.fine, control, found, there, pair.begin)
     laws = () if whole else law_notes(line.sensor, layer_stretch(levels.coarse, pair.first.state.u, apart=0.0).each)
-    return Solved(found, pair.part, pair.reason, load, pair.limit, laws, pair.first.reached)
+    return Solved(found, pair.part, pair.reason, load, there, laws, pair.first.reached)
 
 
 def own_start(line: Line, number: int, start: Equilibrium | None) -> Equilibrium | None:
@@ -201,14 +202,14 @@ def _hidden_at_rest(levels: Levels) -> Array:
 
 
 def largest_load(
-    line: Line, body: Bonded, control: Control, found: Equilibrium, limit: tuple[float, float],
+    line: Line, body: Bonded, control: Control, found: Equilibrium, limit_point: tuple[float, float],
     begin: Array | float = 0.0,
 ) -> tuple[Wrench, Wrench]:
     """Return the largest load and its error; with places given, the forces of the last equilibrium.
 
-    `limit`: that as a part of the path from `begin` to the control's goal, with its error.
+    `limit_point`: that as a part of the path from `begin` to the control, with its error.
     """
     scales, (held, end) = line.scales, scaled_control(body, line.scales, control)
     there = scales.load(found.wrench)[: body.components]
-    load, way_off = np.where(held, there, begin + limit[0] * (end - begin)), np.abs(end - begin)
-    return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit[1] * way_off))
+    load, way_off = np.where(held, there, begin + limit_point[0] * (end - begin)), np.abs(end - begin)
+    return scales.wrench(load), scales.wrench(np.where(held | (way_off == 0.0), 0.0, limit_point[1] * way_off))

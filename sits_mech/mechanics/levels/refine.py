@@ -87,43 +87,57 @@ def nearly_at_rest(
 ) -> Outcome | None:
     """Bring a target nearly to rest on a level, its last step at most `enough`; a body finds it once.
 
-    From a state of the level before, cells at rims eliminated, None where it cannot be carried; or from rest, and of a
+    From a state of the level before, cells at rims eliminated, None where it cannot be carried; from rest, or of a
     cover that is pressed on, down the potential.
     """
-    body, (held, goal), free = levels.maker(level), aim, levels.fine.press is None
-    steps = Steps(falling=before is None or not free, eliminating=before is not None and free, enough=enough)
+    body, (held, end), falling = levels.maker(level), aim, before is None or levels.fine.press is not None
+    steps = Steps(falling=falling, eliminating=not falling, enough=enough)
     name = body.name_of(before or unloaded(body), aim, steps)
     known: Outcome | None = body.rests.get(name)
     if known is not None:
         return known
     start = None if before is None else prolonged(levels, level, before)
-    if start is None and not (free and before):
+    if start is None and falling:
         start = unloaded(body)
-    return None if start is None else body.keep(name, newton(body, start, goal, held, steps=steps))
+    return None if start is None else body.keep(name, newton(body, start, end, held, steps=steps))
 
 
-def finer(levels: Levels, states: tuple[State, State], aim: tuple[Mask, Array], given: bool) -> Iterator[Outcome]:
+def later_rests(
+    levels: Levels, states: tuple[State, State], aim: tuple[Mask, Array], given: bool
+) -> Iterator[Outcome]:
     """Yield the target's rest on the third level and beyond, as far as they are reached.
 
     `states` are those of the first two levels; `given`: the target is moved, not loaded, so that its forces depend on
-    every corner, and all must come to rest. Else the target comes nearly to rest from the level before; where that
-    fails, from rest, unless cells at rims are eliminated.
+    every corner, and all must come to rest, but where a cover is pressed on.
     """
-    (before, state), (held, goal) = states, aim
-    free = levels.fine.press is None
-    given = given and free
+    before, state = states
     for level in range(2, min(levels.rested, len(levels))):
-        body, enough = levels.maker(level), 0.0 if given else _ENOUGH * levels.maker(level).length(state.q - before.q)
-        found = None if given else nearly_at_rest(levels, level, state, aim, enough)
-        if not (given or body.patch) and free and (found is None or found.reason):
-            found = nearly_at_rest(levels, level, None, aim, enough)
-        if (found is None or found.reason) and (given or (free and len(body.mesh.axes) == 2)):  # in space too long
-            path = Path((0.0 * goal, goal), held)
-            there = advance(body, unloaded(body), path, most=affordable(body, _FURTHER))
-            found = replace(there, off=0.0 * goal)
-        if found is None or found.reason:
+        body, all_of_it = levels.maker(level), given and levels.fine.press is None
+        enough = None if all_of_it else _ENOUGH * body.length(state.q - before.q)
+        tries = _tries(levels, level, state, aim, enough)
+        found = next((there for there in tries if there is not None and not there.reason), None)
+        if found is None:
             return
         state, before = replace(found.state, known=None), state
         yield replace(found, state=state)
-        if body.length(found.off) > enough:  # finer cells settle later still
+        if body.length(found.off) > (enough or 0.0):  # finer cells settle later still
             return
+
+
+def _tries(
+    levels: Levels, level: int, state: State, aim: tuple[Mask, Array], enough: float | None
+) -> Iterator[Outcome | None]:
+    """Yield what comes of a level, each way where those before it fail; without `enough` at rest at every corner.
+
+    From the level before, which is all of a cover that is pressed on; down the potential where no cells at rims are
+    eliminated; along a path, in space only to rest at every corner: there it is too long.
+    """
+    body, (held, end) = levels.maker(level), aim
+    if enough is not None:
+        yield nearly_at_rest(levels, level, state, aim, enough)
+    if levels.fine.press is None:
+        if enough is not None and not body.patch:
+            yield nearly_at_rest(levels, level, None, aim, enough)
+        if enough is None or len(body.mesh.axes) == 2:
+            there = advance(body, unloaded(body), Path((0.0 * end, end), held), most=affordable(body, _FURTHER))
+            yield replace(there, off=0.0 * end)

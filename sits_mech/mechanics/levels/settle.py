@@ -2,15 +2,15 @@
 
 Two families of meshes (family.py) hold a layer: a free one, and one with a guard on J for loads that turn the free one
 inside out at a corner. The first that reaches the load gives the answer; the coarse mesh of each is tried first, and
-where neither does, the farther one gives the largest load (equilibrium/limit.py). A first level that buckles under a
-load that the second carries is left out: the answer is that of the second and the third (pair.py).
+where neither does, the farther one gives the largest load (equilibrium/limit_point.py). A first level that buckles
+under a load that the second carries is left out: the answer is that of the second and the third (pair.py).
 
 Contact, "auto". A rest whose free faces touch the ground, the target or each other is solved again with contact, from
 the rest without it: introduced gradually, as faces may stand deep behind planes; from rest where the first level
 touches and the second one does not get there in one increment without contact. Where the load cannot be reached with
 contact, the answer is that without, and its error the whole displacement. The notes say which.
 
-A load path that ended before its goal is described by one message for layers of all kinds: where it stands, how much of
+A load path that ended too early is described by one message for layers of all kinds: where it stands, how much of
 the load is carried if a limit was found, what ended it, and where the silicone's law loses its stability or leaves its
 data.
 """
@@ -159,7 +159,7 @@ def _beyond(
 
 
 def eliminates(line: Line, number: int, look: Outcome) -> bool:
-    """Whether a first level is at its goal, without faces that touch: with contact no cells are eliminated."""
+    """Whether a first level carries the whole load, without faces that touch: with contact no cells are eliminated."""
     apart = not line.auto or line.in_contact(number) or not line[number].coarse.touching(look.state).touch
     return look.reached == 1.0 and apart
 
@@ -187,12 +187,12 @@ def _softly(line: Line, found: Equilibrium, control: Control) -> Equilibrium | N
     """Return a start with contact let in softly, from an equilibrium without on the same meshes; None if it is lost."""
     twin = int(found.state[0]) + PAIR
     family = line[twin]
-    states, (held, goal) = [], scaled_control(family.fine, line.scales, control)
+    states, (held, end) = [], scaled_control(family.fine, line.scales, control)
     begun = starts(family, line.scales, found.wrench, found.state)
     for body, here in zip((family.fine, family.coarse), begun, strict=True):
         for factor in _SOFTLY:
             soft = replace(body, parts=softened(body.parts, factor))
-            path = Path((np.where(held, here.q, here.load), goal), held, control.held[3:])
+            path = Path((np.where(held, here.q, here.load), end), held, control.held[3:])
             if (ended := advance(soft, here, path, smallest=1.0)).reason:
                 return None
             here = ended.state
@@ -234,18 +234,18 @@ def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the failure that says where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
-    limit = list[Note]()
-    if solved.carried is not None and solved.limit is not None:
+    largest = list[Note]()
+    if solved.carried is not None and solved.limit_point is not None:
         kind = NoteKind.WITHIN_DATA if solved.reason is PathEnd.BEYOND else NoteKind.CARRIED
-        limit.append(carried_note(solved.carried, solved.limit, kind))
-    if not limit and solved.seen < 1.0:
-        limit.append(Note.of(NoteKind.NO_LARGEST, **seen))
-    why = (*laws, *limit, Note.of(NoteKind.PATH_END, end=solved.reason))
+        largest.append(carried_note(solved.carried, solved.limit_point, kind))
+    if not largest and solved.seen < 1.0:
+        largest.append(Note.of(NoteKind.NO_LARGEST, **seen))
+    why = (*laws, *largest, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)
     notes = (*others, *why, Note.of(NoteKind.PATH_PART, part=solved.part))
     report = replace(last.report, status=Ended.PATH, notes=notes)
     if solved.reason is PathEnd.BEYOND:  # one load: the largest within the data
-        most, ends = carried_words(limit[0].known), " and ".join(map(end_words, laws))
+        most, ends = carried_words(largest[0].known), " and ".join(map(end_words, laws))
         message = f"wrench: the {body} is within the silicone's data up to {most}; this load is too far beyond: {ends}"
     else:
         words, asked = "; ".join(WORDS[note.kind](note) for note in why), given_words(control.given)

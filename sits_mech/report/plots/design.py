@@ -56,10 +56,10 @@ def front_picture(asked: Requirements, found: DesignAnswer) -> Figure:
 
 
 def _drawn(found: DesignAnswer) -> list[str]:
-    """Return the figures that are asked for and known of the best design, the goal's first."""
+    """Return the figures that are asked for and known of the best design, the minimised first."""
     task = found.task
     known = set(task.figures(found.best)) - {STRAIN, INVERSE}
-    return [name for name in {**task.goal, **task.limits} if name in known]
+    return [name for name in {**task.minimised, **task.limits} if name in known]
 
 
 def _marks(spot: Axes, asked: Requirements, found: DesignAnswer, names: tuple[str, str]) -> None:
@@ -140,7 +140,7 @@ def landscape_picture(found: DesignAnswer, land: Landscape) -> Figure:
     task, ends = found.task, [key.rpartition(".")[2] for key in land.names]
     names = [f"{key} [{unit}]" if unit else key for key, unit in zip(ends, land.units, strict=True)]
     scale, what = _objective_words(task)
-    shown = land.objective * scale if task.goal else land.excess
+    shown = land.objective * scale if task.minimised else land.excess
     own = [each for each in found.known if each.design.choice == found.best.design.choice and len(each.design.x)]
     words = f"{'dots: solved; ' if len(own) > 1 else ''}star: {_star(found)}"
     at, *solved = (
@@ -181,11 +181,12 @@ def _star(found: DesignAnswer) -> str:
 
 def _objective_words(task: Task) -> tuple[float, str]:
     """Return scale and label of the minimised figure; a sum of several is relative."""
-    if len(task.goal) != 1:
-        each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in task.goal.items())
+    weights = task.minimised
+    if len(weights) != 1:
+        each = (_words(name) if weight == 1.0 else f"{weight:g} {_words(name)}" for name, weight in weights.items())
         what = " + ".join(each)
         return 1.0, f"{what}, relative" if what else "largest excess over a limit [-]"
-    name, weight = next(iter(task.goal.items()))
+    name, weight = next(iter(weights.items()))
     return kind_of(name).sign * task.scale(name) / weight * shown_as(name)[1], _label(name)
 
 

@@ -37,13 +37,13 @@ def design_tables(asked: Requirements, found: DesignAnswer) -> list[Table]:
         lines.append(("to keep by design", words))
     lines.append(("solved", f"{found.solves} designs"))
     tables = [key_table(title, lines), figure_table(found)]
-    prices = [(each.name, price_words(each, list(found.task.goal))) for each in found.binding]
+    prices = [(each.name, price_words(each, list(found.task.minimised))) for each in found.binding]
     tables += [key_table("what limits it", prices)] if prices else []
     if found.sensitivities:
-        names = list(dict.fromkeys([*found.task.goal, *found.task.limits, "yield"]))
+        names = list(dict.fromkeys([*found.task.minimised, *found.task.limits, "yield"]))
         names = [name for name in names if name != INVERSE]
         tables.append(change_table("effect of moving a number by a tenth of its range", found.sensitivities, names))
-        names = list(dict.fromkeys([*found.task.goal, *(each.name for each in found.binding)]))
+        names = list(dict.fromkeys([*found.task.minimised, *(each.name for each in found.binding)]))
         limiting = "effect of 10 % more of each number on what limits it"
         tables += [change_table(limiting, found.ten_percent, names)] if names else []
     others = [(f"{each.key} = {each.value}", f"{each.design}: {each.why}") for each in found.lost]
@@ -88,17 +88,17 @@ def asked_table(asked: Requirements) -> Table:
     for name, size in asked.tolerance.items():
         share = name in SPECIAL and not SPECIAL[name]
         lines.append((f"{name}, made", f"+- {100.0 * size:g} %" if share else f"+- {size:g} in SI units"))
-    goal = " + ".join(f"{weight:g} {name}" if weight != 1.0 else name for name, weight in asked.goal.items())
-    return key_table("asked", [*lines, ("minimised", goal or "nothing: the first design that holds every limit")])
+    figures = " + ".join(f"{weight:g} {name}" if weight != 1.0 else name for name, weight in asked.minimised.items())
+    return key_table("asked", [*lines, ("minimised", figures or "nothing: the first design that holds every limit")])
 
 
-def price_words(price: Price, goal: Sequence[str]) -> str:
+def price_words(price: Price, minimised: Sequence[str]) -> str:
     """Return a binding limit and its price in words."""
     held = "exceeded by" if price.excess > 0.0 else "held with" if price.excess < 0.0 else "just held"
     words = f"{held} {100.0 * abs(price.excess):.2g} % of it" + (" to spare" if price.excess < 0.0 else "")
     if not math.isfinite(price.gain):
         return words
-    aim = " + ".join(goal)
+    aim = " + ".join(minimised)
     if price.gain > -_NOTHING:
         return f"{words}; relaxing it by 10 % would gain nothing"
     return f"{words}; relaxing it by 10 % would gain {100.0 * -price.gain:.2g} % less of {aim}"

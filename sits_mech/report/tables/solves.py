@@ -13,7 +13,7 @@ from rich.table import Table
 from sits_mech.notes import NoteKind
 from sits_mech.quantities import POSE, UNITS, WRENCH, Equilibrium, Impedance, SolveReport, report_of, shown_unit
 from sits_mech.readout.loads import load_words
-from sits_mech.readout.signals import PAIR, SIGNALS, Signals
+from sits_mech.readout.signals import COMBINED, SIGNALS, Signals
 from sits_mech.report.left_out import line
 from sits_mech.report.notes import sentences
 from sits_mech.units import millimetres
@@ -215,7 +215,7 @@ def signal_table(found: Signals, unit_L: str, flags: Sequence[str]) -> Table:
     unit, known = unit_L.replace("H", "uH", 1), {name: float(value) for name, value in found.known.items()}
     size, lines = max(sizes_of(known, SIGNALS).values()), status_lines(flags)
     lines += [(name, f"{with_error(known[name], known[f'error_{name}'], size)} % of L0") for name in SIGNALS]
-    for name in (name for name in PAIR if name in known):
+    for name in (name for name in COMBINED if name in known):
         own = abs(known["L_v"] / known["L_v_percent"])
         absolute = with_error(1e6 * known[name], 1e6 * known[f"error_{name}"], 1e6 * own * size)
         percent = with_error(known[f"{name}_percent"], known[f"error_{name}_percent"], size)

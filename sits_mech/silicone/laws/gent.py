@@ -48,5 +48,5 @@ GENT = Law(
         note="the data show no locking: j_m is at the end of its range",
     ),
     refusal=lambda c: "" if number(c, "j_m") > 0.0 else f"j_m must be positive; got {c['j_m']}",
-    limit="locks",
+    fails="locks",
 )

@@ -121,7 +121,7 @@ class Law:
     fit: LinearFit | TermFit = LinearFit()
     refusal: Callable[[Constants], str] = anything  # error in words, "" if valid
     lists: bool = False  # each constant is a list, one number a term
-    limit: str = "is unstable"  # behaviour of a layer from an unstable stretch on
+    fails: str = "is unstable"  # behaviour of a layer from an unstable stretch on
     stiffened: Callable[[Constants, float], tuple[str, Constants]] | None = None  # of w + share mu/2 (I1 - 3)^2
 
     def rescaled(self, constants: Constants, change: Callable[[float], float]) -> Constants:

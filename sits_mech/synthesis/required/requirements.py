@@ -39,14 +39,14 @@ class Requirements:
     space: Space
     limits: dict[str, float]  # by figure, such as "resolution.F_x", "footprint.x", "height" [SI]
     tolerance: dict[str, float]  # deviation by key [SI], "modulus" [-], "coil_offset" [m], "repeatability" [-]
-    goal: dict[str, float]  # weights of minimised figures over limits, or sizes; empty: the first design within limits
+    minimised: dict[str, float]  # weights of figures over limits, or sizes; empty: the first design within limits
     least_yield: float  # share of the sensors made that must hold every limit
 
     @property
     def identity(self) -> str:
         """The requirements as JSON, for comparison."""
-        rest = [self.loads, self.overload, self.space.record, self.limits, self.tolerance, self.goal, self.least_yield]
-        return json.dumps([self.scene, *rest], indent=1)
+        asked = [self.limits, self.tolerance, self.minimised, self.least_yield]
+        return json.dumps([self.scene, self.loads, self.overload, self.space.record, *asked], indent=1)
 
 
 def read_requirements(path: Path) -> Requirements:
@@ -117,7 +117,7 @@ def _check_scatter(sensor: Sensor, space: Space, key: str, deviation: float, wor
 
 def _check_together(found: Requirements, sensor: Sensor) -> None:
     """Refuse requirements that contradict each other."""
-    n, asked = len(sensor.coils), (*found.limits, *found.goal)
+    n, asked = len(sensor.coils), (*found.limits, *found.minimised)
     by_force = [name for name in asked if kind_of(name).of == "load"]
     if n < len(found.loads) and by_force:
         raise SceneError(f"loads: must be at most {n} components for as many coils; got {', '.join(found.loads)}")

@@ -50,11 +50,11 @@ class Answered:
 
 @dataclass(frozen=True)
 class Task:
-    """The limits and goal of a search."""
+    """The limits and minimised figures of a search."""
 
     judge: Judge
     limits: dict[str, float]  # of figures, `STRAIN` and `INVERSE` among them
-    goal: dict[str, float]  # weights of figures that are minimised; empty: any design within all limits
+    minimised: dict[str, float]  # weights of figures that are minimised; empty: any design within all limits
     sizes: dict[str, float] = field(default_factory=dict)  # figures of any design, scales of those without a limit
     weighed: dict[str, float] = field(default_factory=dict)  # limits that scale the others; those above by default
     floors: dict[str, float] = field(default_factory=dict)  # of minimised figures: errors, below which none ranks
@@ -88,7 +88,7 @@ class Task:
 
     def doubt(self, found: Answered) -> float:
         """Return the error of what is minimised."""
-        each = (weight * found.error.get(name, 0.0) / self.scale(name) for name, weight in self.goal.items())
+        each = (weight * found.error.get(name, 0.0) / self.scale(name) for name, weight in self.minimised.items())
         return float(sum(each))
 
     def scale(self, name: str) -> float:
@@ -108,8 +108,8 @@ class Task:
 
         A figure below its own error counts as that: which of two such ones is less is not known.
         """
-        known = {name: max(figures[name], self.floors.get(name, -np.inf)) for name in self.goal}
-        return sum(w * kind_of(name).sign * known[name] / self.scale(name) for name, w in self.goal.items())
+        known = {name: max(figures[name], self.floors.get(name, -np.inf)) for name in self.minimised}
+        return sum(w * kind_of(name).sign * known[name] / self.scale(name) for name, w in self.minimised.items())
 
     def contradicting(self, rows: Sequence[dict[str, float]]) -> tuple[str, ...]:
         """Return in words the pairs of limits that some designs hold each, and none both, by figures of them."""
@@ -131,7 +131,7 @@ class Task:
     def learned(self, found: Answered) -> Task:
         """Return the task with what a solved design tells: the sizes of figures, and their errors."""
         sizes = self.sizes or self.figures(found)
-        floors = {name: error for name in self.goal if np.isfinite(error := found.error.get(name, np.nan))}
+        floors = {name: error for name in self.minimised if np.isfinite(error := found.error.get(name, np.nan))}
         floors = {name: min(error, self.floors.get(name, error)) for name, error in floors.items()}
         return replace(self, sizes=sizes, floors=self.floors | floors)
 

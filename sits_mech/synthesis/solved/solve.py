@@ -89,7 +89,7 @@ class Solver:
 
     @cached_property
     def task(self) -> Task:
-        """Return limits and goal for an answer."""
+        """Return limits and minimised figures for an answer."""
         asked = self.requirements
         limits = asked.limits | {STRAIN: 1.0}
         if self.needs_table:
@@ -97,18 +97,18 @@ class Solver:
         judge = Judge(
             self.operator, np.array(list(self.scattering.values())), asked.limits | {STRAIN: 1.0}, asked.least_yield
         )
-        return Task(judge, limits, asked.goal, tolerance=self.tolerance)
+        return Task(judge, limits, asked.minimised, tolerance=self.tolerance)
 
     @property
     def needs_table(self) -> bool:
         """Whether any figure that is asked for needs inductances."""
-        asked = {*self.requirements.limits, *self.requirements.goal}
+        asked = {*self.requirements.limits, *self.requirements.minimised}
         return any(name.partition(".")[0] in _OF_TABLE for name in asked)
 
     @property
     def _by_temperature(self) -> tuple[str, ...]:
         """Return the parameters of temperature, where any figure that is asked for needs them."""
-        asked = {*self.requirements.limits, *self.requirements.goal}
+        asked = {*self.requirements.limits, *self.requirements.minimised}
         return CHAINED if any(name.startswith("drift.") for name in asked) else ()
 
     def __call__(self, design: Design) -> Answered:
@@ -151,7 +151,7 @@ class Solver:
         for k, (there, way) in enumerate(zip(moved, ways, strict=True)):
             for name, size in size_of(there).items():
                 slopes[name][k] = (size - plain[name]) / way
-        if "hysteresis" in {*self.requirements.limits, *self.requirements.goal} and sensor.elastomer is not None:
+        if "hysteresis" in {*self.requirements.limits, *self.requirements.minimised} and sensor.elastomer is not None:
             plain["hysteresis"] = max(map(loop_width, silicones_of(sensor)))
         return plain, slopes
 

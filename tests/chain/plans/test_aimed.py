@@ -9,7 +9,7 @@ from sits_mech.chain.interpolate import LayerGrid
 from sits_mech.chain.models import MAGNETICS, loaded_model
 from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
-from sits_mech.chain.plans.prices import Look, expected
+from sits_mech.chain.plans.prices import Expected, expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.mechanics.layer import planar_layer
@@ -58,9 +58,9 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:
     aim = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])
     assert aim is not None
-    aim.refuse_beyond(Look(0.029, 3.0), "F_x = 1 N")
+    aim.refuse_beyond(Expected(0.029, 3.0), "F_x = 1 N")
     with pytest.raises(SceneError, match=r"reached at F_x = 1 N; got 0.01: 0.03 .* in about 3.2 s, which best takes$"):
-        aim.refuse_beyond(Look(0.031, 3.2), "F_x = 1 N")
+        aim.refuse_beyond(Expected(0.031, 3.2), "F_x = 1 N")
 
 
 def test_coils_that_show_nothing_are_no_aim() -> None:

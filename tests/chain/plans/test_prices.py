@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from sits_mech.chain.plans.plan import plan, planned_seconds
-from sits_mech.chain.plans.prices import expected, forecast_load, forecast_touch, look
+from sits_mech.chain.plans.prices import expected, expected_for, forecast_load, forecast_touch
 from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
@@ -36,7 +36,7 @@ def of_pose(found: Equilibrium) -> float:
 def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, float], tolerance: float) -> None:
     sensor = load_sensor("biorob2018", ['elastomer.contact="never"'])
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)
-    seen, found = look(pad, wrench, tolerance, of_pose), pad.equilibrium(wrench)
+    seen, found = expected_for(pad, wrench, tolerance, of_pose), pad.equilibrium(wrench)
     assert seen is not None
     assert 1 / 3 < seen.error / found.report.estimated_error < 3 and 0.1 < seen.seconds < 5.0
 
@@ -53,13 +53,13 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
 
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
-    seen = look(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
+    seen = expected_for(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
     assert seen is not None and math.isinf(seen.error)
     assert sentence(seen.notes[0]).startswith("a large load for this pad: wrench")
 
 
 def test_models_of_one_mesh_are_not_looked_at() -> None:
-    assert look(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0), 1e-2, of_pose) is None
+    assert expected_for(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0), 1e-2, of_pose) is None
 
 
 def test_meshes_follow_until_the_tolerance_is_met_or_they_end() -> None:

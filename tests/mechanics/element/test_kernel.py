@@ -110,9 +110,9 @@ def test_turning_is_how_the_moments_of_fixed_forces_change(q):
 
 @pytest.mark.parametrize("q", MOTIONS[1:], ids=["space", "rest"])
 def test_step_between_two_motions_leads_from_one_to_the_other(q):
-    q, goal = np.array(q), np.array([-0.2, 0.1, 0.5, 0.3, 0.9, -0.4])
-    np.testing.assert_allclose(moved(q, between(q, goal)), goal, atol=1e-12)
-    step = between(q, goal)
+    q, end = np.array(q), np.array([-0.2, 0.1, 0.5, 0.3, 0.9, -0.4])
+    np.testing.assert_allclose(moved(q, between(q, end)), end, atol=1e-12)
+    step = between(q, end)
     np.testing.assert_allclose(between(q, moved(q, step)), step, atol=1e-12)
 
 

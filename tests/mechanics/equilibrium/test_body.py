@@ -95,12 +95,12 @@ def test_the_oldest_rests_go(factors: list[int], monkeypatch: pytest.MonkeyPatch
     pad: BlockPad = block_pad(load_sensor("biorob2018"))
     body = pad.half[0].coarse
     monkeypatch.setattr(bodies, "ROOM", 2 * 8 * body.size)
-    goals = [np.array([0.0, -force, 0.0]) for force in (0.1, 0.2, 0.3)]
-    ends = [advance(body, unloaded(body), Path((0.0 * goal, goal))) for goal in goals]
+    loads = [np.array([0.0, -force, 0.0]) for force in (0.1, 0.2, 0.3)]
+    ends = [advance(body, unloaded(body), Path((0.0 * load, load))) for load in loads]
     assert len(body.rests) == 2 and all(end.reached == 1.0 for end in ends)
     factors.clear()
-    again = advance(body, unloaded(body), Path((0.0 * goals[2], goals[2])))
+    again = advance(body, unloaded(body), Path((0.0 * loads[2], loads[2])))
     np.testing.assert_array_equal(again.state.u, ends[2].state.u)
     assert not factors and again.state.known is None
-    advance(body, unloaded(body), Path((0.0 * goals[0], goals[0])))
+    advance(body, unloaded(body), Path((0.0 * loads[0], loads[0])))
     assert factors

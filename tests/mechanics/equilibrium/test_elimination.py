@@ -28,14 +28,14 @@ def line():
     return meshes_in_line(load_sensor("biorob2018", ['elastomer.contact="never"']), 1e-2, whole=False)
 
 
-def goal(F_x, F_z):
+def load_of(F_x, F_z):
     return scaled_control(line()[0].fine, line().scales, Control(F_x=F_x, F_z=F_z))[1]
 
 
 @cache
 def rested(level, F_x, F_z):
     """A level at rest under a load [N]."""
-    body, load = line()[0].maker(level), goal(F_x, F_z)
+    body, load = line()[0].maker(level), load_of(F_x, F_z)
     found = advance(body, rest(body), Path((0.0 * load, load)))
     assert found.reached == 1.0
     return found.state
@@ -96,8 +96,8 @@ def steps(body, load, most):
 def test_newton_goes_on_where_it_wandered(load):
     """From rest in one step of the load, at half a thickness of shear; by itself it is lost."""
     body = line()[0].fine
-    assert newton(body, rest(body), goal(*load)).state.residual > SETTLED
-    left, there = steps(body, goal(*load), 16)
+    assert newton(body, rest(body), load_of(*load)).state.residual > SETTLED
+    left, there = steps(body, load_of(*load), 16)
     assert left[-1] <= SETTLED and there.min_J > 0.2
 
 
@@ -106,10 +106,10 @@ def test_a_level_that_is_cut_at_rims_takes_two_steps_from_the_level_before(load)
     """Where it took four and more from rest; the target is where it rests to a tenth of the change of levels."""
     levels, states = line()[0], [rested(level, *load) for level in (0, 1)]
     body, enough = levels.maker(2), 0.05 * line()[0].fine.length(states[1].q - states[0].q)
-    asked = levels, 2, states[1], (HELD, goal(*load)), enough
+    asked = levels, 2, states[1], (HELD, load_of(*load)), enough
     found = nearly_at_rest(*asked)
     assert found.state.iterations == 2 and body.length(found.off) <= enough
-    true = newton(body, found.state, goal(*load)).state
+    true = newton(body, found.state, load_of(*load)).state
     assert true.residual <= SETTLED
     assert body.length(found.state.q - true.q) < 0.1 * body.length(true.q - states[1].q)
     assert nearly_at_rest(*asked) is nearly_at_rest(*asked)  # found once

@@ -24,7 +24,7 @@ def solved(**more):
 def test_a_law_is_named_with_the_load_that_its_stretch_was_reached_under():
     """That of the coarse mesh, which got farther, is told once."""
     carried = Wrench(0.0, 11.0), Wrench(0.0, 0.5)
-    failed = path_failure(under(Wrench(0.0, 20.0)), solved(seen=0.5, carried=carried, limit=(0.55, 0.025)), "pad")
+    failed = path_failure(under(Wrench(0.0, 20.0)), solved(seen=0.5, carried=carried, limit_point=(0.55, 0.025)), "pad")
     assert f"{TOLD}, under F_x = 0 N, F_z = 10 N, M = 0 N m on a coarse mesh" in str(failed)
     assert str(failed).count("1.556") == 1
     under_load = LAW.with_numbers(F_x=0.0, F_z=10.0, M=0.0)

@@ -77,13 +77,13 @@ def test_there_and_back_again_loses_the_area_of_the_loop(monkeypatch):
     """First order in the increments: 1.2 % at 8, half of that at 16; no increment gains anything."""
     there, gaps, works, states, increment = [PRESSED, (0.3, -0.05, 0.0)], [], [], [], Friction.rest
 
-    def noted(walk, goal):
+    def noted(walk, load):
         """Note the work that an increment loses: its largest traction times how far points slide."""
-        end, body = increment(walk, goal), walk.body
+        end, body = increment(walk, load), walk.body
         if not end.reason:
             states.append(end.state)
             each = zip(increments.rough(body), increments._looked_at(body, end.state), strict=True)
-            slides = (part.grip.limit * np.maximum(part.grip._slipped(place)[1] - part.grip.slip, 0.0)
+            slides = (part.grip.largest * np.maximum(part.grip._slipped(place)[1] - part.grip.slip, 0.0)
                       for part, (place, *_) in each)
             works.append(sum(part.surface.weight.ravel() @ own
                              for part, own in zip(increments.rough(body), slides, strict=True)))

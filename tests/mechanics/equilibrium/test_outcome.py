@@ -17,16 +17,16 @@ def test_what_two_meshes_say_of_a_limit():
     assert carried(Outcome(state, 1.0), fine) == pytest.approx((0.46, 0.541))
     assert np.isnan(carried(coarse, Outcome(state, 0.1, PathEnd.LONG))[1])
     assert carried(Outcome(state, 0.3, PathEnd.LOST), Outcome(state, 0.2, PathEnd.LOST)) is None
-    assert replace(coarse, limit=(0.5, 0.1)).over(0.5, 1.0).limit == pytest.approx((0.75, 0.05))
+    assert replace(coarse, limit_point=(0.5, 0.1)).over(0.5, 1.0).limit_point == pytest.approx((0.75, 0.05))
 
 
 def test_a_path_goes_straight_from_goal_to_goal():
     """Its legs are counted; the last one has the slope of a path by its length; no place is held by default."""
-    goals = np.zeros(3), np.array([0.0, 2.0, 0.0]), np.array([1.0, 2.0, 0.0])
-    path = Path(goals)
+    corners = np.zeros(3), np.array([0.0, 2.0, 0.0]), np.array([1.0, 2.0, 0.0])
+    path = Path(corners)
     assert path.legs == 2 and not path.held.any() and len(path.held) == 3
-    for part, goal in enumerate((goals[0], 0.5 * goals[1], goals[1], [0.5, 2.0, 0.0], goals[2])):
-        np.testing.assert_array_equal(path.goal(0.5 * part), goal)
+    for part, end in enumerate((corners[0], 0.5 * corners[1], corners[1], [0.5, 2.0, 0.0], corners[2])):
+        np.testing.assert_array_equal(path.at(0.5 * part), end)
     np.testing.assert_array_equal(path.slope, [1.0, 0.0, 0.0])
 
 

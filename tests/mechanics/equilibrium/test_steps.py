@@ -52,7 +52,7 @@ def test_a_held_place_relaxes_and_is_gone_on_from(monkeypatch):
     now = later(own, begun(own), 0.0, place, held)
     last = later(own, now, 1000.0, 2.0 * place, held)
     assert now.state.load[0] / last.state.load[0] == pytest.approx(0.5 / 0.7, rel=1e-3)
-    assert paths[1].goals[0].tolist() == place.tolist()
+    assert paths[1].corners[0].tolist() == place.tolist()
 
 
 def test_what_is_kept_is_of_its_own_time():

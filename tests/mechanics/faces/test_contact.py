@@ -92,11 +92,11 @@ def test_split_corners_converge_to_the_stiffness_of_the_strip():
 
 def test_corners_are_looked_at_pointwise():
     """A layer pressed until the face at its corner lies flat: squares turn inside out there, split ones do not."""
-    goal = np.array([0.0, 709.0, 0.0]) / (3e4 * 3e-3)
+    end = np.array([0.0, 709.0, 0.0]) / (3e4 * 3e-3)
     plain, split = (bonded_body(pad(15, 15, 3), SectionFineness(6, 1.5, fan=fan)) for fan in (False, True))
-    ended = advance(plain, rest(plain), Path((np.zeros(3), goal)), smallest=0.1)
+    ended = advance(plain, rest(plain), Path((np.zeros(3), end)), smallest=0.1)
     assert ended.reached < 1.0 and ended.reason == "inverted" and ended.state.min_J > 0.0
-    whole = advance(split, rest(split), Path((np.zeros(3), goal)))
+    whole = advance(split, rest(split), Path((np.zeros(3), end)))
     assert whole.reached == 1.0 and whole.state.min_J > 0.8
 
 
@@ -178,8 +178,8 @@ def test_far_states_are_reached_and_one_refinement_stays_within_the_tolerance(si
     found = layer.controlled(Control(d_h=shear * t * MM, sink=sink * t * MM, alpha=0.0))
     assert found.report.status == "converged" and found.report.min_J > 0.0
     body = bonded_body(layer.sensor, SectionFineness(finer[0], 1.5, fan=True, guard=finer[1], depth=1e-5))
-    goal, held = np.array([shear, -sink, 0.0]), np.ones(3, dtype=bool)
-    better = advance(body, rest(body), Path((np.zeros(3), goal), held))
+    end, held = np.array([shear, -sink, 0.0]), np.ones(3, dtype=bool)
+    better = advance(body, rest(body), Path((np.zeros(3), end), held))
     assert better.reached == 1.0
     forces = better.state.load * 3e4 * t * MM * [1.0, 1.0, t * MM]
     size = np.max(np.abs(forces) * [1.0, 1.0, 2.0 / (sizes[1] * MM)])

@@ -137,10 +137,10 @@ def held_at(body, *places):
     k = body.components
     state, before = rest(body), np.zeros(k)
     for place in places:
-        goal = np.array(place + (0.0,) * (k - 3))
-        found = advance(body, state, LoadPath((before, goal), np.ones(k, dtype=bool)))
+        end = np.array(place + (0.0,) * (k - 3))
+        found = advance(body, state, LoadPath((before, end), np.ones(k, dtype=bool)))
         assert found.reached == 1.0 and found.state.min_J > 0.0
-        state, before = found.state, goal
+        state, before = found.state, end
     return state
 
 
@@ -269,8 +269,8 @@ def test_work_is_the_energy_stored_between_two_blocks():
     assert on.parts[-1](middle.u, middle.q).energy > 1e-5
     energies = []
     for s in (1, -1):
-        goals = (middle.q, np.concatenate([place + s * h * way, np.zeros(3)]))
-        state = advance(body, middle, LoadPath(goals, np.ones(6, dtype=bool))).state
+        corners = (middle.q, np.concatenate([place + s * h * way, np.zeros(3)]))
+        state = advance(body, middle, LoadPath(corners, np.ones(6, dtype=bool))).state
         parts = sum(part(state.u, state.q).energy for part in body.parts)
         energies.append(element_forces(body.mesh, body.laws, state.u).energy + parts)
     forces = middle.load[:3] * [1.0, -1.0, 1.0]

@@ -44,8 +44,8 @@ def test_traction_is_along_the_surface_and_within_the_cone():
     along = away - (away * grip.normal).sum(axis=1)[:, None] * grip.normal
     size, slides = np.linalg.norm(tau, axis=1), np.linalg.norm(along, axis=1) > SLIP
     assert 5 < slides.sum() < 35  # both kinds are looked at
-    assert np.all(size <= grip.limit * (1.0 + 1e-12))
-    np.testing.assert_allclose(size[slides], grip.limit[slides], rtol=1e-12)
+    assert np.all(size <= grip.largest * (1.0 + 1e-12))
+    np.testing.assert_allclose(size[slides], grip.largest[slides], rtol=1e-12)
     np.testing.assert_allclose((tau * grip.normal).sum(axis=1), 0.0, atol=1e-12)
     np.testing.assert_allclose((tau * along).sum(axis=1), size * np.linalg.norm(along, axis=1), rtol=1e-12)
 

@@ -53,9 +53,9 @@ def test_lever_is_half_the_target():
 
 def test_what_is_given_and_what_is_free():
     body = bonded_body(pad(20, 15, 2), SectionFineness(2, 1.5))
-    held, goal = scaled_control(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
+    held, end = scaled_control(body, Scales(2 * MM, 60.0, 0.0), Control(F_x=30.0, sink=0.2 * MM, alpha=0.01))
     assert held.tolist() == [False, True, True]
-    np.testing.assert_allclose(goal, [0.5, -0.1, 0.01])
+    np.testing.assert_allclose(end, [0.5, -0.1, 0.01])
 
 
 def test_words_of_a_load_leave_out_what_is_not_there():
@@ -131,8 +131,8 @@ def test_two_levels_agree_on_what_symmetry_hides(sizes, load):
     line = block_pad(load_sensor("biorob2018", [f"{k}={v * MM}" for k, v in zip(keys, sizes, strict=True)])).half
     control, shares = under(Wrench(*load)), []
     for body in (line[0].coarse, line[0].fine):
-        held, goal = scaled_control(body, line.scales, control)
-        found = advance(body, unloaded(body), Path((0.0 * goal, goal), held, control.held[3:]))
+        held, end = scaled_control(body, line.scales, control)
+        found = advance(body, unloaded(body), Path((0.0 * end, end), held, control.held[3:]))
         shares.append(found.hidden / smallest_eigenvalue(target_stiffness(body, unloaded(body))[1]))
     assert abs(shares[1] - shares[0]) < 0.03 and min(shares) > 0.5
     plain = line[0].fine.plain

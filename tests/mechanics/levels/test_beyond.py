@@ -61,7 +61,7 @@ def test_a_load_beyond_half_of_what_is_carried_is_refused_where_the_second_level
     """Pulled beyond buckling; within it, and beyond the data by a little, the second level is asked."""
     pad = block_pad(load_sensor("biorob2018"), 1e-2)
     found = overload_refusal(pad.half, None, under(Wrench(F_z=-20.0)))
-    assert found is not None and found.reason is PathEnd.BUCKLED and np.isnan(found.limit[1])
-    assert 0.25 < found.part <= found.limit[0] < 0.35 and max(sizes) < 1000
+    assert found is not None and found.reason is PathEnd.BUCKLED and np.isnan(found.limit_point[1])
+    assert 0.25 < found.part <= found.limit_point[0] < 0.35 and max(sizes) < 1000
     assert all(overload_refusal(pad.half, None, under(Wrench(F_z=force))) is None for force in (-8.0, 7.0))
     assert overload_refusal(pad.half, None, Control(sink=1e-4)) is None

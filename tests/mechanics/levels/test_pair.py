@@ -43,7 +43,7 @@ def test_a_first_level_that_is_unstable_leaves_the_answer_to_the_next_two(line):
     """Of a load that the first level carries as well, and is said to carry half of: the answer is the same."""
     line, control = replace(line, deepest=2), under(Wrench(F_z=-0.5))
     look, half = (first_look(line, 0, None, control, share) for share in (1.0, 0.5))
-    stopped = replace(half, reached=0.5, reason=PathEnd.BUCKLED, limit=(0.5, 1e-3))
+    stopped = replace(half, reached=0.5, reason=PathEnd.BUCKLED, limit_point=(0.5, 1e-3))
     pair = second_look(line, 0, None, control, stopped, 1e-2)
     assert (pair.part, pair.reason, pair.second.reached) == (0.5, PathEnd.BUCKLED, 1.0)
     there = beyond_first(line, control, pair)

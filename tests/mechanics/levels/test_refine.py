@@ -14,7 +14,7 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.levels.refine import finer, prolonged, refine
+from sits_mech.mechanics.levels.refine import later_rests, prolonged, refine
 from sits_mech.notes import Note, NoteKind
 from sits_mech.scene.sensor import load_sensor
 
@@ -48,7 +48,8 @@ def test_the_third_level_of_a_pull_is_reached_from_the_second():
     state = advance(levels.fine, rest(levels.fine), Path((0.0 * load, load))).state
     start = prolonged(levels, 2, state)
     assert state.q[1] == pytest.approx(0.385, abs=0.01) and start is not None and start.min_J > 0.4
-    (there,) = finer(replace(levels, rested=3), (rest(levels.coarse), state), (np.zeros(3, dtype=bool), load), False)
+    begun, aim = (rest(levels.coarse), state), (np.zeros(3, dtype=bool), load)
+    (there,) = later_rests(replace(levels, rested=3), begun, aim, False)
     assert levels.fine.length(there.off) < 0.05 * state.q[1] and 0.001 < there.state.q[1] - state.q[1] < 0.01
 
 
@@ -86,7 +87,7 @@ def test_levels_beyond_the_second_give_the_places_that_rest_gives(levels):
     """Steps end when the target stays, well before the corners do."""
     load, held = np.array([0.5, 3.0, 0.1]), np.zeros(3, dtype=bool)
     states = tuple(advance(levels.maker(k), rest(levels.maker(k)), Path((0.0 * load, load))).state for k in (0, 1))
-    there = next(finer(levels, states, (held, load), False))
+    there = next(later_rests(levels, states, (held, load), False))
     true = advance(levels.maker(2), rest(levels.maker(2)), Path((0.0 * load, load))).state
     assert np.max(np.abs(there.state.q - true.q)) < 0.1 * np.max(np.abs(true.q - states[1].q))
     assert there.state.iterations <= true.iterations

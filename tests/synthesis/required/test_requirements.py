@@ -40,7 +40,7 @@ def test_a_file_in_si(tmp_path: Path) -> None:
     assert found.tolerance == pytest.approx(
         {"elastomer.thickness": 5e-5, "modulus": 0.1, "coil_offset": 1e-4, "repeatability": 1e-4}
     )
-    assert found.goal == {"error.F_z": 2.0, "height": 1.0} and found.least_yield == 0.9
+    assert found.minimised == {"error.F_z": 2.0, "height": 1.0} and found.least_yield == 0.9
     assert len(found.space.choices) == 4
     assert found.space.overrides({"coils.*.turns": 8}) == ["coils.C1.turns=8", "coils.C2.turns=8"]
 

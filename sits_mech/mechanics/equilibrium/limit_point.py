@@ -1,4 +1,4 @@
-"""Follow a path by its length, to its goal or to what ends it: a largest load, or one at which stability is lost.
+"""Follow a path by its length, to its last corner or to what ends it: a largest load, or stability that is lost.
 
 A point of the path is the motion q of the target and the part t of the load. From a stable state the next one is looked
 for in a plane across the path, a length s ahead, with t found (linearisation.py, `Arc`),
@@ -106,7 +106,7 @@ class _Bracket(NamedTuple):
 def pursued(
     body: Bonded, path: Path, start: tuple[State, float], length: float, *, smallest: float, most: float
 ) -> Outcome:
-    """Follow a path of one leg by its length from a stable state to its goal or to what ends it.
+    """Follow a path of one leg by its length from a stable state to its last corner or to what ends it.
 
     `start`: state and its part of the path; `length`: first step [thicknesses]; `smallest`: least step over the path so
     far; `most`: limit of all iterations, those before included.
@@ -174,8 +174,8 @@ def _place(body: Bonded, path: Path, found: Outcome) -> _Place:
 
 
 def _ahead(body: Bonded, path: Path, here: _Place, length: float | None) -> Outcome:
-    """Solve for the state a length ahead, or at the goal; it has reached its part of the load."""
+    """Solve for the state a length ahead, or at the last corner; it has reached its part of the load."""
     arc = None if length is None else Arc(here.state.q, here.normal, length, path.slope)
-    goal = path.goal(1.0 if arc is None else here.part)
-    found = newton(body, replace(here.state, iterations=0), goal, path.held, arc=arc)
+    end = path.at(1.0 if arc is None else here.part)
+    found = newton(body, replace(here.state, iterations=0), end, path.held, arc=arc)
     return replace(judged(body, path, found), reached=1.0 if arc is None else here.part + found.reached)

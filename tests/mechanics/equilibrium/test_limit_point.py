@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.limit import PRECISE, pursued
+from sits_mech.mechanics.equilibrium.limit_point import PRECISE, pursued
 from sits_mech.mechanics.equilibrium.newton import (
     DESCENT,
     MOST,
@@ -78,9 +78,9 @@ def test_a_column_buckles_under_eulers_load(factor):
     for t in (12, 16):
         P = column_load(t=t * 1e-3)
         end = pushed(scene(2, t), 16, factor * P)
-        assert end.reason is PathEnd.BUCKLED and end.reached <= end.limit[0]
-        assert end.limit[1] < 3 * PRECISE * end.limit[0]
-        found.append(end.limit[0] * factor - 1.0)
+        assert end.reason is PathEnd.BUCKLED and end.reached <= end.limit_point[0]
+        assert end.limit_point[1] < 3 * PRECISE * end.limit_point[0]
+        found.append(end.limit_point[0] * factor - 1.0)
     assert 0.0 < found[1] < 0.75 * found[0] < 0.05
 
 
@@ -94,7 +94,7 @@ def test_a_column_of_a_law_that_softens_is_pulled_to_its_largest_force(factor):
 
     best = minimize_scalar(lambda stretch: -force(stretch), bounds=(1.0, 3.0), method="bounded")
     end = pushed(scene(2, 12, SOFTENS), 16, factor * best.fun * 2e-3)
-    assert end.limit[0] * factor == pytest.approx(1.0, rel=0.01)
+    assert end.limit_point[0] * factor == pytest.approx(1.0, rel=0.01)
     assert 1.0 + end.state.q[1] < best.x + 0.01
 
 
@@ -192,9 +192,9 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -
     silicone = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=1.5e4}'
     pad = block_pad(load_sensor("biorob2018", ["target.load_height=0", silicone]), 2e-2).half
     body = pad[0].fine
-    goal = pad.scales.load(Wrench(F_x=F_x))[:3]
-    wandering = newton(body, unloaded(body), goal).state
-    descent = newton(body, unloaded(body), goal, steps=DESCENT).state
+    end = pad.scales.load(Wrench(F_x=F_x))[:3]
+    wandering = newton(body, unloaded(body), end).state
+    descent = newton(body, unloaded(body), end, steps=DESCENT).state
     assert wandering.residual > SETTLED and (wandering.iterations == MOST or F_x in (1.4, 2.0))  # these grow, and end
     assert descent.iterations < 2 * MOST and descent.residual <= SETTLED and descent.min_J > least
 
