@@ -98,7 +98,6 @@ UNMIRRORED = {
     "report/written.py": "tests/report/test_folder.py: what a calibration leaves",
     "report/envelope.py": "tests/analysis/test_envelope.py: record, table and picture",
     "studio/page.py": "tests/studio/test_studio.py: in a browser",
-    "export/best.py": "tests/batch/studies/test_study.py: the last stage of a study",
     "export/fixed_point.py": "tests/export/test_firmware.py: the header made of its integers",
     "export/twin/arrays.py": "tests/export/twin/test_folder.py: what is in the folder",
     **dict.fromkeys(

@@ -21,11 +21,10 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from sits_mech.chain.flags import flags_over
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.aimed import aim_at
-from sits_mech.chain.plans.goal import farthest
+from sits_mech.chain.plans.goal import farthest, flags_over
 from sits_mech.chain.propagation import PoseReadings, poses_of, read_poses
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.labels import labelled

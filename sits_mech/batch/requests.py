@@ -17,9 +17,9 @@ import numpy as np
 from pydantic import BaseModel, create_model
 
 from sits_mech.batch.tables import SWEPT, table_row
-from sits_mech.chain.flags import rest_flags
 from sits_mech.chain.models import MAGNETICS, MECHANICS, Choice, choose_mechanics, magnetic_model, model_of
 from sits_mech.chain.omitted.mechanical import mechanical_omissions, within_omissions
+from sits_mech.chain.plans.goal import rest_flags
 from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate

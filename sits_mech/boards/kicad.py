@@ -6,7 +6,7 @@ lines and pads in its own frame, those on the back too; the angle of a pad is th
 lies in the pad's frame. Lines and arcs drawn on copper are tracks, and so are filled polygons that are strips.
 
 Source: the format's description by the KiCad project (dev-docs.kicad.org, "Board File Format"); versions differ as
-`versions.py` lists.
+`expressions.py` lists.
 """
 
 from __future__ import annotations
@@ -20,10 +20,22 @@ from pathlib import Path
 import numpy as np
 
 from sits_mech.boards.copper import Board, Hole, Track, Zone, board_point
+from sits_mech.boards.expressions import (
+    FOOTPRINTS,
+    Node,
+    child,
+    children,
+    copper_layers,
+    is_filled,
+    numbers,
+    pen,
+    read_expression,
+    texts,
+    three_points,
+    version_of,
+)
 from sits_mech.boards.lines import strip
-from sits_mech.boards.sexpr import Node, child, children, numbers, read_expression, texts
 from sits_mech.boards.stackup import METRES, CopperLayer, stack
-from sits_mech.boards.versions import FOOTPRINTS, copper_layers, is_filled, pen, three_points, version_of
 from sits_mech.quantities import Array
 from sits_mech.units import SceneError, printable
 

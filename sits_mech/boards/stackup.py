@@ -10,8 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from sits_mech.boards.sexpr import Node, child, children, numbers, texts
-from sits_mech.boards.versions import copper_layers
+from sits_mech.boards.expressions import Node, child, children, copper_layers, numbers, texts
 from sits_mech.units import SceneError
 from sits_mech.units import millimetres as mm
 

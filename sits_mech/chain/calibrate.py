@@ -18,11 +18,11 @@ from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
-from sits_mech.chain.flags import answer_error
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.aimed import AimedLoads, aimed_loads, status_of
+from sits_mech.chain.plans.goal import answer_error
 from sits_mech.chain.propagation import Direct, poses_of, read_poses
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes

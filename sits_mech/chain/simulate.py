@@ -15,11 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.flags import answer_error, rest_flags
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.omitted.mechanical import including
 from sits_mech.chain.plans.aimed import Promise
-from sits_mech.chain.plans.goal import goal_at
+from sits_mech.chain.plans.goal import answer_error, goal_at, rest_flags
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance

@@ -233,7 +233,7 @@ def _ran(study: Study, folder: Path, executor: Executor | None, as_json: bool) -
 
 def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Path) -> None:
     """Export cases of a sweep, each to a folder of its own."""
-    from sits_mech.export.best import export_case
+    from sits_mech.export.formats import export_case
 
     for case in cases:
         warn(*export_case(folder, case, kinds, place / f"case-{case}"), f"written to {place / f'case-{case}'}")

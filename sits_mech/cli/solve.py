@@ -69,9 +69,9 @@ def pose(
     given = load.solved(sensor, mechanics, tolerance)
     loads = [*via, given.wrench]
 
-    from sits_mech.chain.flags import rest_flags
     from sits_mech.chain.models import mechanical_model
     from sits_mech.chain.omitted.mechanical import mechanical_omissions, within_omissions
+    from sits_mech.chain.plans.goal import rest_flags
     from sits_mech.chain.rests import at_rest
     from sits_mech.report.records import equilibrium_record, status_record
     from sits_mech.report.tables.plan import left_out_tables

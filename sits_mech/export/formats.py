@@ -6,7 +6,7 @@ and those of any other that is installed beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sits_mech.quantities import TOUCH
-from sits_mech.report.folder import checked_file
+from sits_mech.readout.loads import check_enough, varied
+from sits_mech.report.folder import checked_file, prepare_folder, read_calibration
 from sits_mech.scene.sensor import SceneError, Sensor
 
 if TYPE_CHECKING:
@@ -145,3 +146,21 @@ def plain_name(name: str) -> str:
     """Return a name of letters, digits and underscores."""
     kept = "".join(sign if sign.isascii() and sign.isalnum() else "_" for sign in name)
     return "_".join(part for part in kept.split("_") if part)[:60] or "sensor"
+
+
+def export_case(folder: Path, case: int, kinds: Sequence[str], place: Path) -> list[str]:
+    """Write a case, from 1 on, to a folder of its own; return one line for each thing to know about it.
+
+    Raise SceneError for a case without a table, a sensor that does not fit, a failed write; SolveFailed.
+    """
+    from sits_mech.export.source import Source
+    from sits_mech.report.written import write_calibration
+
+    sensor, data = read_calibration(folder, case)
+    for kind in kinds:
+        if format_of(kind).inverts:
+            check_enough(sensor.coils, varied(data))
+    notes = write_calibration(sensor, data, prepare_folder(place, cases=False), layer=False)
+    for kind in kinds:
+        notes += export(Source(sensor, data), kind, place / export_path(sensor, kind, None))[1]
+    return notes

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from sits_mech.boards.sexpr import parse_expression
+from sits_mech.boards.expressions import parse_expression
 from sits_mech.boards.stackup import permittivity, stack
 from sits_mech.units import SceneError
 

@@ -12,13 +12,12 @@ import xarray as xr
 
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import _marks, _promised, calibrate
-from sits_mech.chain.flags import answer_error
 from sits_mech.chain.interpolate import checked_values, loads_of
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted import mechanical as leaving
 from sits_mech.chain.plans import aimed
 from sits_mech.chain.plans.aimed import AimedLoads
-from sits_mech.chain.plans.goal import Goal
+from sits_mech.chain.plans.goal import Goal, answer_error
 from sits_mech.chain.plans.prices import Expected
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate

@@ -12,11 +12,11 @@ import xarray as xr
 
 from sits_mech.chain import models
 from sits_mech.chain.calibrate import calibrate
-from sits_mech.chain.flags import rest_flags
 from sits_mech.chain.models import magnetic_model, mechanical_model
 from sits_mech.chain.omitted import mechanical as leaving
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans import aimed
+from sits_mech.chain.plans.goal import rest_flags
 from sits_mech.chain.propagation import levers, poses_of, read_poses
 from sits_mech.chain.rests import at_rest, image_at_rest
 from sits_mech.chain.simulate import simulate

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from sits_mech.boards.sexpr import read_expression
+from sits_mech.boards.expressions import read_expression
 from sits_mech.cli.main import run
 from sits_mech.report.folder import read_calibration
 from sits_mech.report.written import write_calibration

@@ -27,12 +27,11 @@ from numpy.typing import NDArray
 
 from sits_mech.analysis.histories.interpolant import Interpolant, foreseen, more_times
 from sits_mech.cases import Progress, untold
-from sits_mech.chain.flags import flags_over
 from sits_mech.chain.interpolate import BETWEEN, LayerGrid
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions, omitted_parts
 from sits_mech.chain.plans.aimed import aim_at, aimed_loads
-from sits_mech.chain.plans.goal import Goal, farthest
+from sits_mech.chain.plans.goal import Goal, farthest, flags_over
 from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency

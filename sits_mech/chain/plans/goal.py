@@ -1,4 +1,4 @@
-"""Convert errors of a pose to errors of the signals, as shares of the full scale that a tolerance is of.
+"""Convert errors of a pose to errors of the signals, as shares of the full scale of a tolerance, and what is flagged.
 
 With s_i the signals of a sensor, i of those of a pair or of all, over the mean L0, p_k the components of the pose,
 
@@ -20,11 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from sits_mech.chain.omitted.conductors import is_coaxial
-from sits_mech.chain.propagation import diagonals, own_inductances, signal_weights, unloaded_pose
+from sits_mech.chain.propagation import diagonals, own_inductances, poses_of, signal_weights, unloaded_pose
+from sits_mech.description import sized
 from sits_mech.magnetics.pose_slopes import inner_model, pose_slopes
-from sits_mech.quantities import POSE, Array, Bounded, MagneticModel, Pose, SolveFailed
+from sits_mech.notes import Omission
+from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, MagneticModel, Mask, Pose, SolveFailed
 from sits_mech.readout.signals import rows_of
-from sits_mech.scene.sensor import Sensor
+from sits_mech.scene.sensor import Sensor, known_stretch
+from sits_mech.status import flags_of, marked
 
 HALF = 0.5  # of the tolerance: the mechanics have that at least, bending and omissions count from it on
 
@@ -99,3 +102,44 @@ def goal_at(sensor: Sensor, field: MagneticModel, poses: Sequence[Pose]) -> Goal
         return goal_of(sensor, field, poses) if poses else None
     except SolveFailed:  # the answer says why
         return None
+
+
+def answer_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omission]) -> float:
+    """Return the error of an answer over the signals' full scale, with all that is left out; 0 without a goal.
+
+    `left_out` is what the magnetic model leaves out; the errors of the pose hold what the mechanics do.
+    """
+    return 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
+
+
+def flags_over(
+    sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float,
+    left_out: Sequence[Omission] = (), *, interpolated: Mask | bool = False,
+) -> dict[str, list[str]]:
+    """Return status and flags over time, as `marked`, from poses (p, 6), stretches (p,) and which are `interpolated`.
+
+    `left_out` is what both halves leave out; errors of poses hold what the mechanics do.
+    """
+    known, count, bounded = known_stretch(sensor), len(stretch), not any(item.unbounded for item in left_out)
+    more = sized(item for item in left_out if item.half == "magnetics")
+    errors = [0.0 if goal is None else goal.of(poses[k]) + more for k in range(count)]
+    each = [
+        marked(flags_of(own, tolerance, most, known, interpolated=between, bounded=bounded))
+        for own, most, between in zip(errors, stretch.tolist(), np.broadcast_to(interpolated, count), strict=True)
+    ]
+    return {name: [row[name] for row in each] for name in ("status", "flags")}
+
+
+def rest_flags(
+    sensor: Sensor, found: Equilibrium, tolerance: float, error: float | None = None, left_out: Sequence[Omission] = (),
+) -> tuple[str, ...]:
+    """Return the flags of an equilibrium by an error, by default that of its pose, and by the silicone's data.
+
+    They are as of `flags_of`; `left_out` is what the magnetic model leaves out.
+    """
+    report = found.report
+    error = report.estimated_error if error is None else error
+    return flags_of(
+        error, tolerance, report.stretch, known_stretch(sensor), changed=report.error_stretch,
+        bounded=not any(item.unbounded for item in (*report.left_out, *left_out)),
+    )

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.chain.flags import rest_flags
 from sits_mech.chain.models import MECHANICS, choose_mechanics, magnetic_model, mechanical_model, model_of
 from sits_mech.chain.omitted.bending import bending, seen_shapes
 from sits_mech.chain.omitted.mechanical import mechanical_omissions, with_omissions
+from sits_mech.chain.plans.goal import rest_flags
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.magnetics.pose_slopes import lift_slopes
 from sits_mech.mechanics.closed_form import HAIR
