@@ -123,7 +123,7 @@ UNMIRRORED = {
     ),
     "mechanics/loads.py": "tests/chain/test_simulate.py: grids of loads",
     **dict.fromkeys(
-        (f"chain/{name}.py" for name in ("flags", "omitted/mechanical", "rests")),
+        (f"chain/{name}.py" for name in ("omitted/mechanical", "rests")),
         "tests/chain/test_simulate.py: whole answers",
     ),
     "mechanics/pad/planar.py": "tests/mechanics/test_layer.py: the layers on these meshes converge",

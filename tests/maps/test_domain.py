@@ -56,6 +56,16 @@ def test_a_map_that_is_one_to_one_is_valid_everywhere() -> None:
     assert domain.regions == () and domain.share == 1.0 and len(seeds) == 1
 
 
+@pytest.mark.parametrize(("turns", "crosses"), [(0.9, False), (1.1, True)])
+def test_a_map_of_one_sign_may_cross_itself(turns: float, crosses: bool) -> None:
+    """Round a ring, whose radius grows with z: beyond a whole turn two loads show the same."""
+    x, z = grid_of(9).T
+    radius, angle = 1.0 + 0.3 * z, np.pi * turns * x
+    domain, seeds = of_values(np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1), 0)
+    assert domain.share == 1.0 and [" crosses itself" in each for each in domain.regions] == [True] * crosses
+    assert (len(seeds) > 1) is crosses
+
+
 def test_the_hull_ends_at_its_edges() -> None:
     """Of a triangle: within, on the edge but for rounding, beyond by as much as is let pass and no more."""
     corners = np.array([[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]])
