@@ -7,17 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.models import MAGNETICS, MECHANICS
-from sits_mech.description import (
-    Description,
-    Question,
-    Refusal,
-    Rung,
-    added,
-    by_component,
-    function,
-    sized,
-    total,
-)
+from sits_mech.description import Description, Question, Refusal, Rung, added, by_component, function, sized, total
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -7,14 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.cases import untold
-from sits_mech.chain.interpolate import (
-    LayerGrid,
-    checked_values,
-    loads_of,
-    poses_on_grid,
-    solved_likely,
-    worst,
-)
+from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of, poses_on_grid, solved_likely, worst
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.propagation import levers
 from sits_mech.mechanics.linear import linear_layer

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from sits_mech.mechanics.closed_form import (
-    compression_modulus,
-    shear_stiffness,
-    tilt_modulus,
-)
+from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, tilt_modulus
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer

@@ -9,14 +9,7 @@ import pytest
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.report import history
-from sits_mech.report.history import (
-    history_csv,
-    history_curves,
-    history_record,
-    history_table,
-    moving,
-    write_history,
-)
+from sits_mech.report.history import history_csv, history_curves, history_record, history_table, moving, write_history
 from sits_mech.scene.sensor import load_sensor
 
 

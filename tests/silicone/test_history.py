@@ -11,14 +11,7 @@ from scipy.special import erf
 
 from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.rotations import rotation_matrix, rotation_vector
-from sits_mech.silicone.history import (
-    elastic_curve,
-    left_share,
-    loop_width,
-    relaxed_share,
-    retardation,
-    softened_share,
-)
+from sits_mech.silicone.history import elastic_curve, left_share, loop_width, relaxed_share, retardation, softened_share
 from sits_mech.silicone.material import Silicone, Softening, silicone_from
 
 BRANCHES = [(0.2, 0.1), (0.15, 2.0), (0.1, 40.0), (0.05, 40.0)]

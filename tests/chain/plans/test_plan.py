@@ -7,15 +7,7 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.interpolate import solved_likely
-from sits_mech.chain.models import (
-    MAGNETICS,
-    MECHANICS,
-    Candidate,
-    Choice,
-    Why,
-    choose_magnetics,
-    mechanical_model,
-)
+from sits_mech.chain.models import MAGNETICS, MECHANICS, Candidate, Choice, Why, choose_magnetics, mechanical_model
 from sits_mech.chain.plans import plan as planning
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.plans.plan import (

@@ -11,15 +11,7 @@ from rich.console import Console
 
 from sits_mech.notes import Note, NoteKind, packed
 from sits_mech.report.folder import read_calibration
-from sits_mech.report.tables.loads import (
-    csv_text,
-    failures,
-    figures,
-    in_width,
-    load_table,
-    remarks,
-    summary_table,
-)
+from sits_mech.report.tables.loads import csv_text, failures, figures, in_width, load_table, remarks, summary_table
 
 COILS = ["C1", "C2"]
 
