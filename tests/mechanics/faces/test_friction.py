@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.element.kernel import summed
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.faces.contact import Contact, Grip, gripped
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.scene.sensor import load_sensor
+from tests.mechanics.derivatives import check_faces, shaken
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 SLIP = 0.02
@@ -77,19 +77,10 @@ def test_contact_with_friction_has_an_exact_tangent_at_any_turn(plane, lift):
     if plane == "wall":
         sizes += ['target.width="5 mm"', 'target.length="3 mm"']
     body = bonded_block(load_sensor("biorob2018", [NEO_HOOKEAN, *sizes]), 2, 1.5, 0.0, 0.05).body
-    rng, n, h = np.random.default_rng(0), body.mesh.nodes.size, 1e-6
-    u, v = 0.01 * rng.normal(size=n), rng.normal(size=n + 6)
-    u[2::3] += lift
-    if plane == "wall":  # drawn in
-        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
+    u, v = shaken(body, plane, lift)
     q = np.array([0.02, -0.01, 0.002, -0.01, 0.003, -0.2])
     bare = next(part for part in body.parts if isinstance(part, Contact) and part.plane == plane)
-    contact = held_contact(bare, u, q)
-    found, up, down = (contact(u + step * v[:n], moved(q, step * v[n:])) for step in (0.0, h, -h))
-    assert found.energy > bare(u, q).energy > 0.0
-    assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-5)
-    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
-    np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
+    assert check_faces(held_contact(bare, u, q), u, q, v, moved, rel=1e-5).energy > bare(u, q).energy > 0.0
 
 
 def test_moving_with_its_surface_meets_no_friction():

@@ -7,7 +7,7 @@ import pytest
 
 from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad, solved_body
-from sits_mech.mechanics.element.kernel import element_forces, summed
+from sits_mech.mechanics.element.kernel import element_forces
 from sits_mech.mechanics.element.target import moved
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.outcome import Path
@@ -18,9 +18,11 @@ from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
+from tests.mechanics.derivatives import check_faces, shaken
 
 MM = 1e-3
 HELD = np.ones(3, dtype=bool)
+TURNED = (0.02, -0.01, 0.002, -0.01, 0.003, -0.2)
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
 
 
@@ -43,22 +45,19 @@ def scene(pad, target, t=2.0):
         ((8, 6), (5, 3), "wall", (0.02, -0.01, 0.001), 0.008),
         ((8,), (8,), "plane", (0.05, -0.2, 0.1), 0.1),
         ((8,), (5,), "wall", (0.02, -0.01, 0.001), 0.008),
+        ((8, 8), (8, 8), "ground", TURNED, -0.3),
+        ((8, 8), (8, 8), "plane", TURNED, 0.1),
+        ((8, 6), (5, 3), "wall", TURNED, 0.008),
     ],
 )
 def test_contact_has_an_exact_tangent(pad, target, plane, q, lift):
+    """Forces along du, dc and dw, and how they change in the fixed frame; of half a pad in its plane alone."""
     body = bonded_block(scene(pad, target), 2, 1.5, 0.0, 0.05).body
     contact = next(part for part in body.parts if isinstance(part, Contact) and part.plane == plane)
-    rng, n, q, h = np.random.default_rng(0), body.mesh.nodes.size, np.array(q), 1e-6
-    u, v = 0.01 * rng.normal(size=n), rng.normal(size=n + 6)
-    v[n + 3 :] = 0.0  # the half pad's components of q
-    u[2::3] += lift
-    if plane == "wall":  # drawn in
-        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
-    found, up, down = contact(u, q), *(contact(u + s * h * v[:n], q + s * h * v[n : n + 3]) for s in (1, -1))
-    assert found.energy > 0.0
-    assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
-    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
-    np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
+    u, v = shaken(body, plane, lift)
+    if len(q) == 3:
+        v[-3:] = 0.0
+    check_faces(contact, u, np.array(q), v, moved if len(q) == 6 else lambda q, step: q + step[:3])
 
 
 @pytest.mark.parametrize(("plane", "axis"), [("ground", 2), ("mirror", 1)])
@@ -77,27 +76,6 @@ def test_a_plane_that_stands_pushes_by_the_depth_of_each_point(plane, axis):
         assert (pressure > 0.0).any()
         found = contact(u - shift * along, q).forces[: u.size] @ along
         assert -found == pytest.approx(float((contact.surface.weight * pressure).sum()), rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("pad", "target", "plane", "lift"),
-    [((8, 8), (8, 8), "ground", -0.3), ((8, 8), (8, 8), "plane", 0.1), ((8, 6), (5, 3), "wall", 0.008)],
-)
-def test_contact_has_an_exact_tangent_at_any_turn(pad, target, plane, lift):
-    """Forces along du, dc and dw, and how they change in the fixed frame."""
-    body = bonded_block(scene(pad, target), 2, 1.5, 0.0, 0.05).body
-    contact = next(part for part in body.parts if isinstance(part, Contact) and part.plane == plane)
-    rng, n, h = np.random.default_rng(0), body.mesh.nodes.size, 1e-6
-    u, v = 0.01 * rng.normal(size=n), rng.normal(size=n + 6)
-    u[2::3] += lift
-    if plane == "wall":  # drawn in
-        u.reshape(-1, 3)[:, :2] -= 0.03 * body.mesh.nodes[:, :2]
-    q = np.array([0.02, -0.01, 0.002, -0.01, 0.003, -0.2])
-    found, up, down = (contact(u + step * v[:n], moved(q, step * v[n:])) for step in (0.0, h, -h))
-    assert found.energy > 0.0
-    assert (up.energy - down.energy) / (2 * h) == pytest.approx(found.forces @ v, rel=1e-6)
-    product = summed(found.numbers, found.stiffness @ v[found.numbers][..., None], n + 6)
-    np.testing.assert_allclose(product, (up.forces - down.forces) / (2 * h), atol=1e-5 * np.abs(product).max())
 
 
 def pressed(body, *places):
