@@ -43,7 +43,7 @@ def untold(done: int, total: int) -> None:
     """Ignore progress."""
 
 
-def sweep(
+def solve_cases(
     function: Callable[..., Mapping[str, Any]],
     grid: Mapping[str, Sequence[Any]],
     *,
@@ -87,7 +87,7 @@ def sweep(
 
 
 def grid_points(grid: Mapping[str, Sequence[Any]], combine: Combine = "product") -> list[Row]:
-    """Return the points of a grid, the last name running fastest; arguments and errors as of `sweep`."""
+    """Return the points of a grid, the last name running fastest; arguments and errors as of `solve_cases`."""
     if combine == "zip" and len({*map(len, grid.values())}) > 1:
         counts = ", ".join(f"{name} has {len(values)}" for name, values in grid.items())
         raise SceneError(f"zipped values must be equally many; got: {counts}")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from sits_mech.cases import sweep
+from sits_mech.cases import solve_cases
 from sits_mech.store import STORE, claimed, opened
 from sits_mech.units import SceneError
 
@@ -18,13 +18,13 @@ ROW = {"status": "ok", "reason": "", "lasting": True, "c": 0.1 + 0.2, "seconds":
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from sits_mech.cases import sweep
+from sits_mech.cases import solve_cases
 
 def end(done, of):
     if done == 5:
         os.kill(os.getpid(), signal.SIGKILL)
 
-sweep(lambda a: {"c": a / 7.0}, {"a": [float(a) for a in range(9)]}, folder=Path(sys.argv[1]), progress=end)
+solve_cases(lambda a: {"c": a / 7.0}, {"a": [float(a) for a in range(9)]}, folder=Path(sys.argv[1]), progress=end)
 """
 
 
@@ -94,7 +94,7 @@ def test_what_a_killed_process_had_finished_is_there(tmp_path: Path) -> None:
         asked.append(a)
         return {"c": a / 7.0}
 
-    found = sweep(seventh, {"a": [float(a) for a in range(9)]}, folder=tmp_path)
+    found = solve_cases(seventh, {"a": [float(a) for a in range(9)]}, folder=tmp_path)
     assert asked == [5.0, 6.0, 7.0, 8.0] and found["c"].to_numpy().tolist() == [a / 7.0 for a in range(9)]
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def adaptively(study: Study) -> Choose | None:
-    """Return what chooses the cases of a study for `cases.sweep`; None where all are to be solved."""
+    """Return what chooses the cases of a study for `cases.solve_cases`; None where all are to be solved."""
     asked = study.adaptive
     if asked is None:
         return None

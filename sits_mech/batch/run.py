@@ -20,7 +20,7 @@ from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.tables import SWEPT, case_calibration
-from sits_mech.cases import Progress, attempt, grid_points, sweep, untold
+from sits_mech.cases import Progress, attempt, grid_points, solve_cases, untold
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
@@ -75,7 +75,7 @@ def run_study(
     SceneError when the folder is another study's or another run's, or cannot be written.
     """
     claim(folder, study)
-    data = sweep(
+    data = solve_cases(
         Case(replace(study, vary={})), study.vary, combine=study.combine, executor=executor, folder=folder,
         chunk=1 if study.adaptive else study.request.chunk,  # else one process has a round of few cases
         key=keys(study), group=lambda point: study.shared(point).order, progress=progress, choose=adaptively(study),

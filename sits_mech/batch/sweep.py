@@ -141,7 +141,7 @@ def sweep(
             raise SceneError("grid: must be given for a function: values by the names of its arguments; it is missing")
         checked, grid = _Checked(function), _labels(grid)
         with nullcontext() if executor is None else workers(1, executor) as where:
-            return cases.sweep(checked, grid, executor=where, folder=place, progress=progress, **options)
+            return cases.solve_cases(checked, grid, executor=where, folder=place, progress=progress, **options)
     given = [*([] if grid is None else ["grid"]), *options]
     if given:
         raise SceneError(f"{', '.join(given)}: must be said by the study file; got both")

@@ -135,12 +135,12 @@ def explain(
         came = "--ladder" if ladder else "a load"
         raise SceneError(f"--history: must be given without a load or --ladder; got {came}")
     if history is not None:
-        from sits_mech.analysis.histories.price import history_price, largest_load
+        from sits_mech.analysis.histories.price import history_price, peak_load
         from sits_mech.analysis.histories.read import read_history
         from sits_mech.report.tables.plan import price_table
 
         course = read_history(history, sensor)
-        wrench = largest_load(sensor, course)
+        wrench = peak_load(sensor, course)
     else:
         wrench = load.solved(sensor, models.mechanics, models.tolerance, rough=True).wrench
     check_request(sensor, vars(wrench), **asdict(models))

@@ -9,7 +9,6 @@ from scipy.interpolate import RectBivariateSpline
 
 from sits_mech.maps.grid import SolvedPart, interpolated, likely_part, solve_part
 
-NINE = np.linspace(-1.0, 1.0, 9).tolist()
 Axes = dict[str, list[float]]
 Function = Callable[[np.ndarray], np.ndarray]
 

@@ -29,7 +29,7 @@ class HistoryPrice(NamedTuple):
     seconds: float  # of processor time, by these
 
 
-def largest_load(sensor: Sensor, history: LoadHistory) -> Wrench:
+def peak_load(sensor: Sensor, history: LoadHistory) -> Wrench:
     """Return the largest load of a history, each component over its range; raises as `expected_loads`."""
     return expected_loads(sensor, history)[int(np.argmax(np.linalg.norm(history.shares, axis=1)))]
 
@@ -38,7 +38,7 @@ def history_price(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto"
 ) -> HistoryPrice:
     """Return what a history takes, by counts of its largest load; arguments as of `in_time`, none is solved."""
-    largest = largest_load(sensor, history)
+    largest = peak_load(sensor, history)
     seconds, counts = planned_seconds(sensor, [largest], tolerance=tolerance, mechanics=mechanics, magnetics=magnetics)
     (_, each), (_, coils) = seconds
     if history.held.any() or counts is not None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.analysis.histories.price import history_price, largest_load
+from sits_mech.analysis.histories.price import history_price, peak_load
 from sits_mech.analysis.histories.response import in_time
 from sits_mech.chain.plans.plan import planned_seconds
 from sits_mech.cli.main import run
@@ -18,8 +18,8 @@ PULSE = LoadHistory(TIMES, np.outer(np.sin(np.pi * TIMES), [0, 1, 0, 0, 0, 0]))
 def test_a_history_is_priced_by_the_times_that_are_solved() -> None:
     """Of a smooth pulse of 201 rows far fewer, no more than the history then takes, and more for a finer tolerance."""
     sensor, models = load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar"}
-    assert np.isclose(largest_load(sensor, PULSE).F_z, 1.0)
-    seconds, _ = planned_seconds(sensor, [largest_load(sensor, PULSE)], tolerance=0.1, **models)
+    assert np.isclose(peak_load(sensor, PULSE).F_z, 1.0)
+    seconds, _ = planned_seconds(sensor, [peak_load(sensor, PULSE)], tolerance=0.1, **models)
     price = history_price(sensor, PULSE, tolerance=0.1, **models)
     data = in_time(sensor, PULSE, tolerance=0.1, **models)
     solved = data.sizes["time"] - int(np.sum(data["flags"].str.contains("interpolated")))
