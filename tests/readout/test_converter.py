@@ -164,6 +164,8 @@ def test_the_single_channel_part() -> None:
     modes = {name: values[name] for name in ("DIG_CONFIG", "ALT_CONFIG", "D_CONFIG", "START_CONFIG")}
     slowest = 15 if found.frequency.min() > 8e6 else int(16 - 8e6 / found.frequency.min())  # SNOSD01D, MIN_FREQ
     assert modes == {"DIG_CONFIG": slowest << 4 | 7, "ALT_CONFIG": 1, "D_CONFIG": 1, "START_CONFIG": 0}
+    lossy = {name: value for _, name, value in front_end(LDC1101, [2.3e-6], [10.0], 330e-12).registers}
+    assert lossy["RP_SET"] == 0x80 | 7  # 0.8 * 0.7 kohm is below all: the least, 0.75 kohm
     two = front_end(LDC1101, [[2.3e-6] * 2], [[2.7] * 2], 330e-12)
     assert any("2 coils, but the LDC1101 reads 1: take 2" in line for line in two.warnings)
 
