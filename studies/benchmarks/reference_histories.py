@@ -14,18 +14,15 @@ their names, added to what is in DIR. common/reference_histories.json is its ful
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from dataclasses import replace
-from importlib.util import find_spec
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 from common.history_cases import PADS, PATHS, LoadPath, takes, wrenches
 from common.ngsolve_history import PadHistory
 from common.ngsolve_solve import discrete
-from common.outputs import write_references
+from common.outputs import add_references
 from common.reference_cases import Case
 
 from sits_mech.quantities import Array
@@ -35,6 +32,7 @@ SHRINK = {"plane": 0.5, "round": 0.5, "box": 0.25}  # of the differences of two 
 THIN = 0.15  # of the target's width: layers that crease next to the bond take a third mesh and are held at every point
 THIRD, POINTWISE = (5, 4), 50.0  # of these: the mesh, and part of the bulk modulus at every point [shear moduli]
 PARTS = (2, 4)  # of the steps
+QUICK = ("disc 6 on 10 x 4, neo-Hooke, two branches: step",)
 ABOUT = (
     "Motion (d_h, sink, alpha) [m, m, rad] of the target of pads that remember, at time [s], under loads (F_x, F_z) "
     "[N] linear between these times; a layer in plane strain is 1 m long; contact off. error: of the reference, over "
@@ -97,38 +95,11 @@ def row_of(pad: Case, name: str, coarse: bool) -> dict[str, object]:
     }
 
 
-def write(rows: list[dict[str, object]], path: Path) -> None:
-    """Write the file, in the order of pads and paths."""
-    order = [f"{pad.name}: {name}" for pad in PADS for name in PATHS]
-    write_references(sorted(rows, key=lambda row: order.index(str(row["name"]))), ABOUT, path)
-
-
 def main() -> None:
     """Follow and write, history by history."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--coarse", action="store_true", help="one quick history on two meshes: does it still run?")
-    parser.add_argument("--output", type=Path, required=True, help="folder of reference_histories.json")
-    parser.add_argument("--only", action="append", help="rows whose names have this in them; may be repeated")
-    asked = parser.parse_args()
-    asked.output.mkdir(parents=True, exist_ok=True)
-    if find_spec("ngsolve") is None:
-        print("not installed, no references are made: pip install ngsolve")
-        return
-    path = asked.output / "reference_histories.json"
-    words = ["disc 6 on 10 x 4, neo-Hooke, two branches: step"] if asked.coarse else asked.only
-    for pad, name in ((pad, name) for pad in PADS for name in PATHS if takes(pad, PATHS[name])):
-        full = f"{pad.name}: {name}"
-        if words and not any(word in full for word in words):
-            continue
-        print(full, flush=True)
-        try:
-            row = row_of(pad, name, asked.coarse)
-        except ArithmeticError as failure:
-            print(f"left out: {failure}", flush=True)
-            continue
-        print(f"   error {row['error']}: {row['source']}", flush=True)
-        kept = json.loads(path.read_text(encoding="utf-8"))["rows"] if path.exists() else []
-        write([*(one for one in kept if one["name"] != full), row], path)
+    taken = ((pad, name) for pad in PADS for name in PATHS if takes(pad, PATHS[name]))
+    rows = {f"{pad.name}: {name}": partial(row_of, pad, name) for pad, name in taken}
+    add_references(__doc__, ABOUT, "reference_histories.json", QUICK, rows)
 
 
 if __name__ == "__main__":

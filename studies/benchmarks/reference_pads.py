@@ -20,15 +20,9 @@ names, added to what is in DIR. common/reference_pads.json is its full run: half
 
 from __future__ import annotations
 
-import argparse
-import json
-import time
-from importlib.util import find_spec
-from pathlib import Path
-
 import numpy as np
 from common.ngsolve_solve import Reference, reference
-from common.outputs import write_references
+from common.outputs import add_references
 from common.reference_cases import CASES, Case
 
 QUICK = ("flush disc 15 x 2, small shear", "flush disc 20 x 0.1, film")
@@ -54,36 +48,10 @@ def row_of(case: Case, found: Reference) -> dict[str, object]:
     return row | {"error": float(f"{found.error:.2g}"), "source": found.words, "scene": case.changes}
 
 
-def write(rows: list[dict[str, object]], path: Path) -> None:
-    """Write the file, in the order of the cases."""
-    order = {case.name: number for number, case in enumerate(CASES)}
-    write_references(sorted(rows, key=lambda row: order[str(row["name"])]), ABOUT, path)
-
-
 def main() -> None:
     """Solve and write, case by case."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--coarse", action="store_true", help="two quick cases: does it still run?")
-    parser.add_argument("--output", type=Path, required=True, help="folder of reference_pads.json")
-    parser.add_argument("--only", action="append", help="cases whose names have this in them; may be repeated")
-    asked = parser.parse_args()
-    asked.output.mkdir(parents=True, exist_ok=True)
-    if find_spec("ngsolve") is None:
-        print("not installed, no references are made: pip install ngsolve")
-        return
-    path, words = asked.output / "reference_pads.json", list(QUICK) if asked.coarse else asked.only
-    for case in CASES:
-        if words and not any(word in case.name for word in words):
-            continue
-        began = time.process_time()
-        try:
-            row = row_of(case, reference(case))
-        except ArithmeticError as failure:
-            print(f"left out: {failure}", flush=True)
-            continue
-        print(f"{case.name}: {row['moved']}, {row['error']}, {time.process_time() - began:.0f} s", flush=True)
-        kept = json.loads(path.read_text(encoding="utf-8"))["rows"] if path.exists() else []
-        write([*(one for one in kept if one["name"] != case.name), row], path)
+    rows = {case.name: lambda _, case=case: row_of(case, reference(case)) for case in CASES}
+    add_references(__doc__, ABOUT, "reference_pads.json", QUICK, rows)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,9 @@ import argparse
 import csv
 import io
 import json
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +80,38 @@ def write_references(rows: Iterable[Mapping[str, Any]], what: str, path: Path) -
     """Write references as JSON, a row a line below what they are."""
     lines = ",\n".join(" " + json.dumps(row) for row in rows)
     write_text(path, f'{{"what": {json.dumps(what)},\n"rows": [\n{lines}\n]}}\n')
+
+
+def add_references(
+    doc: str | None, about: str, file: str, quick: Sequence[str], rows: Mapping[str, Callable[[bool], dict[str, Any]]],
+) -> None:
+    """Make references by NGSolve, row by row by their names, and add each to DIR/FILE; `quick` ones are the coarse run.
+
+    A row that does not settle, an ArithmeticError, is left out.
+    """
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--coarse", action="store_true", help="few and quick rows: does it still run?")
+    parser.add_argument("--output", type=Path, required=True, help=f"folder of {file}")
+    parser.add_argument("--only", action="append", help="rows whose names have this in them; may be repeated")
+    asked = parser.parse_args()
+    asked.output.mkdir(parents=True, exist_ok=True)
+    if find_spec("ngsolve") is None:
+        print("not installed, no references are made: pip install ngsolve")
+        return
+    path, words = asked.output / file, quick if asked.coarse else asked.only
+    for name, row_of in rows.items():
+        if words and not any(word in name for word in words):
+            continue
+        began = time.process_time()
+        try:
+            row = row_of(asked.coarse)
+        except ArithmeticError as failure:
+            print(f"{name}: left out: {failure}", flush=True)
+            continue
+        print(f"{name}: {row['error']}, {row['source']}, {time.process_time() - began:.0f} s", flush=True)
+        kept = {one["name"]: one for one in json.loads(path.read_text())["rows"]} if path.exists() else {}
+        every = kept | {name: row}
+        write_references([every[each] for each in rows if each in every], about, path)
 
 
 def _cell(value: Any) -> str:
