@@ -20,7 +20,7 @@ from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.flags import answer_error
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
-from sits_mech.chain.models import Choice, Why, loaded_model, mechanical_model
+from sits_mech.chain.models import Why, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.aimed import AimedLoads, aimed_loads, status_of
 from sits_mech.chain.propagation import Direct, poses_of, read_poses
@@ -129,23 +129,19 @@ def calibrate(
         raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
     loads = loads_of(axes, sensor.touched_point)
     _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-
-    def solved(asked: float) -> tuple[AimedLoads, tuple[MechanicalModel, Choice], Any]:
-        """Return all loads at rest by a mechanical model to a tolerance of poses, the model, and numbers of `drift`."""
-        layer, choice = mechanical_model(sensor, mechanics, asked, loads)
-        numbers = _by_temperature(sensor, choice.name, layer) if drift else None
+    asked: float | None = tolerance
+    while asked is not None:
+        layer, by_layer = mechanical_model(sensor, mechanics, asked, loads)
+        numbers = _by_temperature(sensor, by_layer.name, layer) if drift else None
         own = layer if numbers is None else WithSlopes(layer, tuple(numbers[1]))
-        keep = (folder, kept_key(sensor, choice.name, asked, drift=drift))
-        grid = LayerGrid(sensor, own, axes, symmetry_of(sensor), tolerance, keep, progress)
-        whole = partial(with_omissions, sensor, name=choice.name)
-        return aimed_loads(grid, magnetics, best=best, whole=whole), (layer, choice), numbers
-
-    found, (layer, by_layer), numbers = solved(tolerance)
-    if found.nearer is not None and by_layer.why is Why.WITHIN and not isinstance(layer, RefinedModel):
-        found, (_, by_layer), numbers = solved(found.nearer)
+        keep = (folder, kept_key(sensor, by_layer.name, asked, drift=drift))
+        every = LayerGrid(sensor, own, axes, symmetry_of(sensor), tolerance, keep, progress)
+        found = aimed_loads(every, magnetics, best=best, whole=partial(with_omissions, sensor, name=by_layer.name))
+        again = asked == tolerance and by_layer.why is Why.WITHIN and not isinstance(layer, RefinedModel)
+        asked = found.nearer if again else None  # one that is not refined is chosen a second time
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
     by_name = found.field, by_field.name, found.asked
-    slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if drift else None
+    slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if numbers else None
     return tabulated(sensor, found, request, (grid, fixed), slopes=slopes)
 
 

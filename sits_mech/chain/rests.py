@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,7 +52,6 @@ class AimedRest(NamedTuple):
     planned: Look | None = None  # from the first meshes; None where nothing was planned
     reached: float = float("nan")  # error of the numerics over the signals' full scale
     goal: Goal | None = None
-    nearer: float | None = None  # tolerance that its pose would need, where another choice of the model may have it
 
 
 def aimed_rest(
@@ -61,21 +61,11 @@ def aimed_rest(
     """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
     `loads` are those passed on the way, for a layer with friction, and the load; `mechanics` chooses a model to a
-    tolerance of the pose, again where one without meshes to refine misses what the coils leave of the signals';
-    `magnetics` is the model's name as asked for and the tolerance; raises as `simulate`.
+    tolerance of the pose, a second time where one that is not refined misses what the coils leave; `magnetics` is the
+    model's name as asked for and the tolerance; raises as `simulate`.
     """
-    found = _aimed(sensor, loads, mechanics(magnetics[1]), magnetics, symmetry, best=best)
-    if found.nearer is None:
-        return found
-    return _aimed(sensor, loads, mechanics(found.nearer), magnetics, symmetry, best=best)
-
-
-def _aimed(
-    sensor: Sensor, loads: Sequence[Wrench], mechanics: Mechanics, magnetics: tuple[str, float], symmetry: Symmetry, *,
-    best: bool,
-) -> AimedRest:
-    """Solve the equilibrium under a load by one choice of the mechanics; as `aimed_rest`."""
-    (*via, wrench), (layer, choice), (name, tolerance) = loads, mechanics, magnetics
+    (*via, wrench), (name, tolerance) = loads, magnetics
+    layer, choice = mechanics(tolerance)
     left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
     field, _ = loaded_model(sensor, name, tolerance, loads)
     if via:
@@ -90,8 +80,11 @@ def _aimed(
         return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance, layer)
     aim = aim.sharing([first], [including(sensor, first, left_out)])
     if not isinstance(layer, RefinedModel):
-        nearer = aim.nearer([first]) if choice.why is Why.WITHIN else None
-        return AimedRest(first, start, back, left_out, aim.field, aim.asked, layer, goal=aim.goal, nearer=nearer)
+        if choice.why is Why.WITHIN and (nearer := aim.nearer([first])) is not None:
+            layer, choice = mechanics(nearer)
+            again = layer, replace(choice, why=Why.NAMED)  # not a third time
+            return aimed_rest(sensor, loads, lambda _: again, magnetics, symmetry, best=best)
+        return AimedRest(first, start, back, left_out, aim.field, aim.asked, layer, goal=aim.goal)
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))

@@ -27,13 +27,7 @@ from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.depth import TouchLoad, to_depth
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission
-from sits_mech.quantities import (
-    Equilibrium,
-    Impedance,
-    MagneticModel,
-    SolveFailed,
-    Wrench,
-)
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, SolveFailed, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import OK

@@ -54,9 +54,18 @@ def test_a_history_beyond_the_data_says_so(tmp_path: Path, capsys: Said) -> None
     said = capsys.readouterr()
     found = json.loads(said.out)
     assert found["status"] == "beyond data" == found["flags"][0] and "--accept makes it 0" in said.err
+    assert "% of the signals' full scale, 10 % asked; exit code 4" in said.err
     cycle = ["cycle", "biorob2018", "--fz", "9 N", "--cycles", "1", "--mechanics", "planar", *QUICK[2:], "--json"]
     assert run(cycle) == 4
     assert json.loads(capsys.readouterr().out)["flags"][0] == "beyond data"
+
+
+def test_a_cycle_above_its_tolerance_says_by_how_much(capsys: Said) -> None:
+    """Beside its status, and in JSON the same."""
+    assert run(["cycle", "biorob2018", "--fz", "0.1 N", "--mechanics", "linear", *QUICK[2:], "--json"]) == 4
+    said = capsys.readouterr()
+    share = json.loads(said.out)["error_of_full_scale"]
+    assert share > 0.1 and f"above tolerance; error {100.0 * share:.2g} % of the signals' full scale, 10 %" in said.err
 
 
 @pytest.mark.parametrize(

@@ -167,10 +167,9 @@ def aimed_loads(
         return None if aim is None else aim.goal
 
     found = poses_on_grid(grid, after=after, begun=begun)
+    aim = aim or aimed(found.values())
     if aim is None:
-        aim = aimed(found.values())
-        if aim is None:
-            return AimedLoads(found, loaded_model(sensor, magnetics, grid.tolerance, loads)[0], grid.tolerance)
+        return AimedLoads(found, loaded_model(sensor, magnetics, grid.tolerance, loads)[0], grid.tolerance)
     rests = [one.rest for one in found.values() if one.rest]
     reached = np.nan if planned is None else worst(found.values(), aim.goal) + aim.goal.magnetics
     return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal, aim.nearer(rests))
