@@ -101,13 +101,18 @@ def test_a_load_that_is_not_carried(tmp_path: Path, capsys: Said) -> None:
 
 @pytest.mark.slow
 def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
-    """Of what moves by more than its error: of a long pad, whose plane strain and plate leave out hardly any ends."""
-    long = [word for part in ("elastomer", "target") for word in ("--set", f'{part}.length="100 mm"')]
-    words = ["cycle", "biorob2018", *long, "--fz", "6 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
+    """Of what moves by more than its error: of a long pad, whose plane strain and plate leave out hardly any ends.
+
+    Its target is backed: 150 mm of bare copper bend by a tenth of what they sink.
+    """
+    keys = ('elastomer.length="150 mm"', 'target.length="150 mm"', 'target.backing_thickness="5 mm"',
+            'target.backing_modulus="70 GPa"')
+    long = [word for key in keys for word in ("--set", key)]
+    words = ["cycle", "biorob2018", *long, "--fz", "9 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
     assert run([*words, *QUICK]) == 2
     assert "must be auto, block, planar or axisymmetric to follow every point; got linear" in capsys.readouterr().err
     assert run([*words, "--mechanics", "planar", "--magnetics", "sheets", "--tolerance", "0.1"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["status"] == "ok"
+    assert found["status"] == "interpolated"  # few times are solved
     assert found["cheap"]["difference_percent"]["d_v"] < 2.0
     assert found["loop_L_v_percent"][0] == pytest.approx(found["cheap"]["loop_L_v_percent"][0], rel=0.05)
