@@ -108,7 +108,7 @@ def test_a_full_cycle_tells_the_difference(capsys: Said) -> None:
     keys = ('elastomer.length="150 mm"', 'target.length="150 mm"', 'target.backing_thickness="5 mm"',
             'target.backing_modulus="70 GPa"')
     long = [word for key in keys for word in ("--set", key)]
-    words = ["cycle", "biorob2018", *long, "--fz", "9 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
+    words = ["cycle", "biorob2018", *long, "--fz", "30 N", "--full", "--cycles", "1", "--set", MATERIAL, "--json"]
     assert run([*words, *QUICK]) == 2
     assert "must be auto, block, planar or axisymmetric to follow every point; got linear" in capsys.readouterr().err
     assert run([*words, "--mechanics", "planar", "--magnetics", "sheets", "--tolerance", "0.1"]) == 0
