@@ -49,23 +49,10 @@ Loads = float | Sequence[float]
 
 @checked_arguments
 def calibrate(
-    sensor: Sensor,
-    *,
-    F_x: Loads = 0.0,
-    F_z: Loads = 0.0,
-    M: Loads = 0.0,
-    F_y: Loads = 0.0,
-    M_x: Loads = 0.0,
-    M_z: Loads = 0.0,
-    touch_x: Loads | None = None,
-    touch_y: Loads | None = None,
-    tolerance: float = 1e-2,
-    mechanics: str = "auto",
-    magnetics: str = "auto",
-    progress: Progress = untold,
-    folder: Path | None = None,
-    drift: bool = False,
-    best: bool = True,
+    sensor: Sensor, *, F_x: Loads = 0.0, F_z: Loads = 0.0, M: Loads = 0.0, F_y: Loads = 0.0, M_x: Loads = 0.0,
+    M_z: Loads = 0.0, touch_x: Loads | None = None, touch_y: Loads | None = None, tolerance: float = 1e-2,
+    mechanics: str = "auto", magnetics: str = "auto", progress: Progress = untold, folder: Path | None = None,
+    drift: bool = False, best: bool = True,
 ) -> xr.Dataset:
     """Return what the sensor shows over a grid of loads.
 
