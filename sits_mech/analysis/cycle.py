@@ -68,11 +68,12 @@ def load_cycle(
     """Return pose, inductance and signals under a load cycle up to `peak`, as a Dataset over time.
 
     ``share``, ``elastic_share``; pose, ``L`` (coil, coil_2) and the signals, each with ``error_``. Attributes: scene,
-    request, ``notes``, ``unit_L``, ``status``, ``flags``, and of each signal that is shown ``loop_L_v_percent`` and
-    the like: widths of its loops in percent of its range, one for each cycle, with ``error_``; NaN where the range is
-    within the signal's error. A silicone without ``prony`` and ``mullins`` shows no loop. `points`, odd and at least 5,
-    loads are solved. Raises SceneError for a scene or programme that cannot be solved, Collision where the target
-    touches the coil plane, SolveFailed without an equilibrium on the way.
+    request, ``notes``, ``unit_L``, ``status``, ``flags``, ``error``, the largest one over the signals' full scale, and
+    of each signal that is shown ``loop_L_v_percent`` and the like: widths of its loops in percent of its range, one for
+    each cycle, with ``error_``; NaN where the range is within the signal's error. A silicone without ``prony`` and
+    ``mullins`` shows no loop. `points`, odd and at least 5, loads are solved. Raises SceneError for a scene or
+    programme that cannot be solved, Collision where the target touches the coil plane, SolveFailed without an
+    equilibrium on the way.
     """
     LoadHistory(programme.time, np.multiply.outer(programme.share, peak.components))
     if not np.all((programme.share >= 0.0) & (programme.share <= 1.0)):
@@ -96,14 +97,15 @@ def load_cycle(
     stretch = np.interp(elastic, curve.share, np.array([each.report.stretch for each in curve.found], dtype=float))
 
     left_out = (*curve.found[-1].report.left_out, *reading.impedance.report.left_out)
-    marks = marked(joined(flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance, left_out)["flags"]))
+    marks, worst = flags_over(sensor, goal, Bounded.of(pose, error), stretch, tolerance, left_out)
     names = sensor.coil_names
     data = xr.Dataset(columns, coords={"time": programme.time, "coil": names, "coil_2": names})
     data["L0"] = (("coil", "coil_2"), reading.impedance.L0)
     request = {"peak": vars(peak), "mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
     data = data.assign_attrs(
         **provenance(sensor), notes=packed(_notes(sensor)), left_out=packed_omissions(left_out),
-        request=json.dumps(request), frequency=sensor.frequency, **reading.impedance.convention, **marks,
+        request=json.dumps(request), frequency=sensor.frequency, **reading.impedance.convention,
+        **marked(joined(marks["flags"])), error=worst,
         **{key: item for name in shown_signals(data) for key, item in loop_widths(data, name).items()},
     )
     return labelled(data)

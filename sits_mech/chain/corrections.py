@@ -25,7 +25,7 @@ them in the most different proportion, of those that move it between a half and 
 answers are cheaper; next ones where a finer mesh does not get there. Where all go in one proportion one load does. In
 space none in contact, guarded or creased: third meshes rest late there and own to more (13 um for 11 under 1 N, 4 N).
 Where these move the target so much farther than others that none would lessen the largest error, poses stand, and a
-quarter of the farthest load tells the stretch. (With 0.5 N compared, 1.098 mm under 1 N, 2 N were 1.118, are 1.108.)
+quarter of the farthest load tells the stretch.
 
 Source: D. Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517, the weights; multi-fidelity correction, A. I. J.
 Forrester, A. Keane, Prog. Aerosp. Sci. 45 (2009) 50, section 2.3; effectivity of error estimates, M. Ainsworth, J. T.

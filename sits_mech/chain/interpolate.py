@@ -199,9 +199,7 @@ def solved_likely(
     return [Wrench(**dict(zip(axes, point, strict=True))) for point in likely_part(axes)]
 
 
-def _between(
-    part: SolvedPart, settled: dict[Wrench, Settled], grid: LayerGrid, levers: Array
-) -> dict[Wrench, Settled]:
+def _between(part: SolvedPart, settled: dict[Wrench, Settled], grid: LayerGrid, levers: Array) -> dict[Wrench, Settled]:
     """Return what comes of a grid's loads, those between solved ones interpolated."""
     loads, missed = grid.loads, part.error_at.reshape(-1, len(POSE))
     missed = np.maximum(missed, _UNSEEN * np.max(missed * levers, axis=1, keepdims=True) / levers)

@@ -86,9 +86,7 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
     return _sought(sensor, touch, touch.depth, mechanics, tolerance, rough=rough)
 
 
-def _sought(
-    sensor: Sensor, touch: Touch, D: float, mechanics: str, tolerance: float, *, rough: bool
-) -> TouchLoad:
+def _sought(sensor: Sensor, touch: Touch, D: float, mechanics: str, tolerance: float, *, rough: bool) -> TouchLoad:
     """Return the load of a touch that presses to a depth."""
     force, rest = _first_force(sensor, touch, D), float(unloaded_pose(sensor).d_v)
     (whole, _), tried, slopes = _models(sensor, mechanics, tolerance, force), None, _Slopes()

@@ -40,11 +40,16 @@ def not_converged(error: SolveFailed, as_json: bool, *, whole: bool) -> int:
     return EXIT_NO_ANSWER
 
 
-def exit_code_of(statuses: Sequence[str], accept: bool) -> int:
-    """Return the exit code of answers, and say on stderr where they are no good without a look."""
+def exit_code_of(statuses: Sequence[str], accept: bool, reached: tuple[float, float] | None = None) -> int:
+    """Return the exit code of answers, and say on stderr where they are no good without a look.
+
+    `reached` are the largest error of signals and the tolerance, over their full scale.
+    """
     code = exit_code(statuses, accept)
     if code == EXIT_DOUBTFUL:
-        warn(f"status: {counted(statuses)}; exit code {code}, --accept makes it 0")
+        error, asked = (f"{100.0 * each:.2g} %" for each in reached or (0.0, 0.0))
+        more = f"; error {error} of the signals' full scale, {asked} asked" if reached else ""
+        warn(f"status: {counted(statuses)}{more}; exit code {code}, --accept makes it 0")
     return code
 
 

@@ -52,7 +52,7 @@ def through_history(
     if folder is not None:
         warn(*write_history(sensor, data, folder))
         warn(f"written to {folder}")
-    return exit_code_of(data["status"].to_numpy().tolist(), accept)
+    return exit_code_of(data["status"].to_numpy().tolist(), accept, (data.attrs["error"], models.tolerance))
 
 
 @app.command
@@ -95,4 +95,4 @@ def cycle(
         save_table(data, output)
         warn(f"written to {output}")
     deliver_picture(picture, lambda: loop_curves(data))
-    return exit_code_of([data.attrs["status"]], accept)
+    return exit_code_of([data.attrs["status"]], accept, (data.attrs["error"], models.tolerance))

@@ -35,13 +35,7 @@ from scipy.constants import mu_0
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import CLEARANCE, smooth_height
-from sits_mech.geometry.plates import (
-    PlateSection,
-    distance,
-    outline_refusal,
-    return_radius,
-    section_plates,
-)
+from sits_mech.geometry.plates import PlateSection, distance, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import coil_bars, section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, largest, magnitudes, serving
 from sits_mech.magnetics.modes import skin_depth

@@ -127,15 +127,11 @@ class Calibration:
         """
         return self.map.at(self._points(forces, named, beyond))
 
-    def slopes(
-        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
-    ) -> Array:
+    def slopes(self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike) -> Array:
         """Return the derivatives of the inductances by the forces, shape (..., n, d) [unit / N], as `forward`."""
         return self.map.slopes(self._points(forces, named, beyond))
 
-    def codes(
-        self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike
-    ) -> Array:
+    def codes(self, forces: ArrayLike | Wrench | None = None, /, *, beyond: bool = False, **named: ArrayLike) -> Array:
         """Return what the converter shows at forces, idle coils and leads included, as `forward`.
 
         Returns
@@ -157,9 +153,7 @@ class Calibration:
             raise ValueError("codes: must come from a sensor and its table; this calibration has inductances alone")
         return self.in_codes()
 
-    def _points(
-        self, forces: ArrayLike | Wrench | None, named: Mapping[str, ArrayLike], beyond: bool
-    ) -> Array:
+    def _points(self, forces: ArrayLike | Wrench | None, named: Mapping[str, ArrayLike], beyond: bool) -> Array:
         """Return forces as one table (..., d), each within the range of the table unless `beyond`."""
         if isinstance(forces, Wrench):
             load = dict(zip(WRENCH, forces.components, strict=True))

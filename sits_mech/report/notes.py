@@ -130,7 +130,7 @@ _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.GAP_SMALL: "the gap is small for so wide a plate: {share:.1%} of the coils' field is not resolved",
     NoteKind.LARGE_LOAD: (
         "a large load for this pad: small strain would be off by {bound:.2g}; some pads became unstable in shear from "
-        "{held:g}, in compression from about 1.5: only a solve can tell"
+        "{held:g}, in compression from about 1.5: only a solve can tell, and a refusal says how much holds"
     ),
     NoteKind.NOT_CARRIED: "a large load for this pad: {text}",
     NoteKind.OUT_OF_REACH: "the tolerance {tolerance:g} cannot be reached at this load, about {reached:.1g} can",

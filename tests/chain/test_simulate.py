@@ -527,6 +527,18 @@ class Meshes(Spring):
         return replace(found, error=error, report=replace(found.report, estimated_error=1e-3 * self.coarse))
 
 
+@dataclass(frozen=True)
+class OneMesh(Spring):
+    """The spring so many times as far off."""
+
+    coarse: float
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        found = super().equilibrium(wrench)
+        error = Pose.of(self.coarse * found.error.components)
+        return replace(found, error=error, report=replace(found.report, estimated_error=1e-3 * self.coarse))
+
+
 class NamedMeshes(Meshes):
     """The same under the name of a model that is described."""
 
@@ -607,6 +619,31 @@ def test_numerics_are_given_what_omissions_leave_of_a_tolerance(
     report = simulate(sensor, Wrench(1.0, 2.0), tolerance=tolerance).equilibrium.report
     ((_, left),) = TOWARDS
     assert left == pytest.approx(given * tolerance - 4e-6 / 0.08) and item.size == sized(report.left_out)
+
+
+@pytest.mark.usefixtures("fakes")
+@pytest.mark.parametrize(("missed", "name"), [(0.5, "planar"), (0.97, "block")])
+def test_one_mesh_is_chosen_again_to_what_the_coils_leave(
+    sensor: Sensor, monkeypatch: pytest.MonkeyPatch, missed: float, name: str
+) -> None:
+    """The coils take a twentieth: more of the mesh where that will do, else the next model; by name it stays."""
+    tolerance, load = 1e-3, Wrench(F_z=2.0)
+    item = Omission(OmissionKind.FINITE_STRAIN, missed * tolerance, Relative.DISPLACEMENT, included=True)
+
+    def described(own: str, work: int, *left_out: Omission) -> Description:
+        """A model whose errors are a little less than asked, with what it leaves out."""
+        def made(_: Sensor, asked: float) -> OneMesh:
+            return OneMesh(2e-3, 1e3 * (0.99 * asked + sum(one.size for one in left_out)))
+        return Description(own, made, lambda *_: None, lambda *_: left_out, (Rung(0.0, work, work, 0.0, 0.0),), 0.0)
+
+    known = {"planar": described("planar", 1, item), "block": described("block", 9)}
+    for module in (models, leaving):
+        monkeypatch.setattr(module, "MECHANICS", known)
+    found = simulate(sensor, load, tolerance=tolerance)
+    assert found.flags == ("ok",) and [kind.kind for kind in found.left_out] == [item.kind] * (name == "planar")
+    table = calibrate(sensor, F_x=[0.0], F_z=[2.0], tolerance=tolerance)
+    assert set(table["status"].values.ravel()) == {"ok"} and json.loads(table.attrs["request"])["mechanics"] == name
+    assert simulate(sensor, load, tolerance=tolerance, mechanics="planar").flags == ("above tolerance",)
 
 
 @pytest.mark.usefixtures("meshes")

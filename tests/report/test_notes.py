@@ -153,7 +153,7 @@ SAID = [
     (
         Note.of(K.LARGE_LOAD, bound=0.467, held=0.4),
         "a large load for this pad: small strain would be off by 0.47; some pads became unstable in shear from 0.4, in "
-        "compression from about 1.5: only a solve can tell",
+        "compression from about 1.5: only a solve can tell, and a refusal says how much holds",
     ),
     (Note.of(K.NOT_CARRIED, text="wrench: why"), "a large load for this pad: wrench: why"),
     (

@@ -1,17 +1,22 @@
 """The benchmark beside other codes: fronts, times at equal error, this package's ways; the others where they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from benchmarks.other_codes import (
     ASKED,
     BELOW,
     OWN,
+    STORED,
     THREE,
     Line,
     asked_of,
+    distinct,
     front,
     own_ways,
     ratios,
+    read,
     seconds_at,
     three_figure,
     timed,
@@ -51,6 +56,15 @@ def test_the_picture_names_each_code_at_its_lines(collisions):
     figure = three_figure(lines)
     assert collisions(figure) == [] and "NGSolve takes 30 times" in figure.get_suptitle()
     assert {"sits-mech", "NGSolve"} == {text.get_text() for text in figure.axes[0].texts}
+    figure, stored = three_figure(read(STORED)), read(STORED)
+    assert collisions(figure) == [] and {one.load for one in stored} == set(THREE)
+    assert {"sits-mech", "before", "NGSolve"} == {text.get_text() for text in figure.axes[0].texts}
+
+
+def test_a_solve_on_the_same_mesh_is_one_mark():
+    """Of a version that took longer for the finer tolerance the faster one; another mesh is another mark."""
+    lines = [line(2.0, 1e-2), line(1.0, 1e-2), replace(line(3.0, 1e-2), unknowns=200)]
+    assert distinct(lines) == lines[1:]
 
 
 @pytest.mark.slow

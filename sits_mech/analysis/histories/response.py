@@ -36,14 +36,7 @@ from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.labels import labelled
-from sits_mech.mechanics.histories import (
-    LoadHistory,
-    Motion,
-    TimedModel,
-    expected_loads,
-    motion_of,
-    through_rests,
-)
+from sits_mech.mechanics.histories import LoadHistory, Motion, TimedModel, expected_loads, motion_of, through_rests
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.mechanics.symmetry import symmetry_of
@@ -103,7 +96,7 @@ def in_time(
         columns |= {f"{kind}{name}": ("time", part) for name, part in zip(POSE, each.T, strict=True)}
     columns |= {name: (("time", "coil", "coil_2")[: np.ndim(value)], value) for name, value in every.items()}
     left_out = (*left_out, *found.report.left_out)
-    marks = flags_over(sensor, goal, poses, stretch, tolerance, left_out, interpolated=interpolated)
+    marks, worst = flags_over(sensor, goal, poses, stretch, tolerance, left_out, interpolated=interpolated)
     columns |= {name: ("time", part) for name, part in marks.items()}
     data = xr.Dataset(columns, coords={"time": time, "coil": names, "coil_2": names})
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance}
@@ -111,6 +104,7 @@ def in_time(
     data = data.assign(L0=(("coil", "coil_2"), found.L0)).assign_attrs(
         **provenance(sensor), request=json.dumps(request), notes=packed(notes), frequency=sensor.frequency,
         **found.convention, left_out=packed_omissions(left_out), report=kept_report(motion.report),
+        error=worst,
     )
     return labelled(data)
 

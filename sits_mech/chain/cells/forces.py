@@ -182,9 +182,7 @@ def _mixing(
     return A, error + np.einsum("irs,isjw->irjw", np.abs(H), wrong), H
 
 
-def _finite_strain(
-    found: CellCrosstalk, S: Array, H: Array, pad: CellsPad, alone: Sequence[CellsPad]
-) -> Array:
+def _finite_strain(found: CellCrosstalk, S: Array, H: Array, pad: CellsPad, alone: Sequence[CellsPad]) -> Array:
     """Return e of the module docstring by each force, (n, r, n, r); infinite where a second step is not bounded."""
     n, r = H.shape[:2]
     e, signs = np.zeros((n, r, n, r)), (found.load, -found.load)

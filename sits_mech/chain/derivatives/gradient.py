@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -160,11 +161,11 @@ def gradient(
     """
     numbers, moving = scene_numbers(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
-    layer, choice = sloped_model(sensor, mechanics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
-    rest = aimed_rest(sensor, [wrench], (layer, choice), (magnetics, tolerance), symmetry)
+    chosen = partial(sloped_model, sensor, mechanics, loads=[wrench])
+    rest = aimed_rest(sensor, [wrench], chosen, (magnetics, tolerance), symmetry)
     found, back, field = rest.image, rest.back, rest.field
-    by_pose = layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
+    by_pose = rest.layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
     simulation = simulation_at(sensor, field, image_of_rest(found, kept, wrench))
     moved = moved_derivatives(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))

@@ -6,8 +6,7 @@ the whole plate rising is, by differences of the model in space (magnetics/pose_
 
     b_c = dL_c(phi_m)/dL_c(1),
 
-so that what is bent counts as a motion. (By the square of the coils' own field along it, J. C. Slater, Microwave
-Electronics (1950), section 4.10, `biorob2018-w15` shows 0.6 of it.) A permeable plate is taken as one of copper.
+so that what is bent counts as a motion. A permeable plate is taken as one of copper.
 
 All are those of rigid motions, by least squares over the coils (mechanics/foil/bending.py); what the rigid target's
 answer leaves out of d_v, alpha and alpha_x is the largest of one over the largest of the other, of all loads that are

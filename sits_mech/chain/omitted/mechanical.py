@@ -16,13 +16,7 @@ from sits_mech.mechanics.levels.answer import relative
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.touch import on_target
 from sits_mech.notes import NoteKind, Omission, OmissionKind
-from sits_mech.quantities import (
-    Array,
-    Equilibrium,
-    MechanicalModel,
-    Pose,
-    Wrench,
-)
+from sits_mech.quantities import Array, Equilibrium, MechanicalModel, Pose, Wrench
 from sits_mech.scene.sensor import Sensor
 
 

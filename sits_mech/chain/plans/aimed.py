@@ -67,6 +67,15 @@ class Aim:
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
+    def nearer(self, own: Sequence[Equilibrium]) -> float | None:
+        """Return the tolerance of poses that equilibria without what is left out would need; None where they have it.
+
+        Of those whose error no mesh for the goal reduces: the share of it that is left to them.
+        """
+        each = ((self.goal.mechanics(poses_of([one])), one.report.estimated_error) for one in own)
+        off, pose = max(each, default=(0.0, 0.0))
+        return pose * self.left / off if off > self.left else None
+
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Expected:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
@@ -112,6 +121,7 @@ class AimedLoads(NamedTuple):
     planned: Expected | None = None  # from the largest load's first meshes; None where nothing was planned
     reached: float = np.nan  # error over the signals' full scale; NaN where nothing was planned
     goal: Goal | None = None  # None where no signal changes
+    nearer: float | None = None  # tolerance that poses would need, where another choice of the model may have it
 
 
 def aimed_loads(
@@ -157,12 +167,12 @@ def aimed_loads(
         return None if aim is None else aim.goal
 
     found = poses_on_grid(grid, after=after, begun=begun)
+    aim = aim or aimed(found.values())
     if aim is None:
-        field = loaded_model(sensor, magnetics, grid.tolerance, loads)[0]
-        goal = goal_at(sensor, field, readable_poses(sensor, found.values()))
-        return AimedLoads(found, field, grid.tolerance, goal=goal)
+        return AimedLoads(found, loaded_model(sensor, magnetics, grid.tolerance, loads)[0], grid.tolerance)
+    rests = [one.rest for one in found.values() if one.rest]
     reached = np.nan if planned is None else worst(found.values(), aim.goal) + aim.goal.magnetics
-    return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal)
+    return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal, aim.nearer(rests))
 
 
 def readable_poses(sensor: Sensor, settled: Iterable[Settled]) -> list[Pose]:

@@ -115,10 +115,11 @@ def answer_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omissi
 def flags_over(
     sensor: Sensor, goal: Goal | None, poses: Bounded, stretch: Array, tolerance: float,
     left_out: Sequence[Omission] = (), *, interpolated: Mask | bool = False,
-) -> dict[str, list[str]]:
+) -> tuple[dict[str, list[str]], float]:
     """Return status and flags over time, as `marked`, from poses (p, 6), stretches (p,) and which are `interpolated`.
 
-    `left_out` is what both halves leave out; errors of poses hold what the mechanics do.
+    With the largest error over the signals' full scale. `left_out` is what both halves leave out; errors of poses hold
+    what the mechanics do.
     """
     known, count, bounded = known_stretch(sensor), len(stretch), not any(item.unbounded for item in left_out)
     more = sized(item for item in left_out if item.half == "magnetics")
@@ -127,7 +128,7 @@ def flags_over(
         marked(flags_of(own, tolerance, most, known, interpolated=between, bounded=bounded))
         for own, most, between in zip(errors, stretch.tolist(), np.broadcast_to(interpolated, count), strict=True)
     ]
-    return {name: [row[name] for row in each] for name in ("status", "flags")}
+    return {name: [row[name] for row in each] for name in ("status", "flags")}, max(errors, default=0.0)
 
 
 def rest_flags(

@@ -237,8 +237,7 @@ def _rungs(
 
 def _better(
     chosen: tuple[Choice | None, Choice], pairs: Sequence[tuple[PlannedHalf, list[PlannedHalf]]],
-    left_out: Sequence[Omission],
-    error: float,
+    left_out: Sequence[Omission], error: float,
 ) -> tuple[PlannedHalf, ...]:
     """Return other models and finer rungs of the ones taken by which the error would be smaller, with that error."""
     found = list[PlannedHalf]()

@@ -44,6 +44,7 @@ def loop_record(data: xr.Dataset) -> dict[str, Any]:
     keys = (f"{kind}_{name}" for kind in ("loop", "error_loop") for name in shown_signals(data))
     loops = {key: data.attrs[key] for key in keys}
     own = status_record(joined([data.attrs["flags"]])) | {"request": request_of(data)}
+    own["error_of_full_scale"] = float(data.attrs["error"])
     return own | {"ends": ends, "notes": kept_sentences(data.attrs["notes"])} | loops
 
 
