@@ -136,8 +136,6 @@ def fitted_tables(found: Fitted) -> list[Table | str]:
         tables.append(key_table("rate", relaxation_rows(found.relaxation)))
     if found.cyclic is not None:
         tables.append(key_table("softening", cyclic_rows(found.cyclic)))
-    if found.relaxation is None and found.cyclic is None:
-        return tables
     return [*tables, pasted(found)]
 
 
