@@ -59,7 +59,7 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
         f"within {found.error:.2g} codes of the map",
         f"interpolation error, by leaving out loads: {cal.map.error.max():.3g} codes",
         f"estimated errors of the loads: up to {own:.3g} codes",
-        f"{_of_silicone(cal)}, 90 % of the true forces are within a median of {_within(cal)}",
+        f"with the spread that its silicone states, 90 % of the true forces are within a median of {_within(cal)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")
@@ -78,12 +78,6 @@ def _within(cal: Calibration) -> str:
     rows = zip(cal.forces, 1e3 * reading_errors(cal), strict=True)
     each = (f"{usual:.4g} m{_unit(name)[1][1:]} of {name} (up to {worst:.4g})" for name, (_, usual, worst) in rows)
     return ", ".join(each)
-
-
-def _of_silicone(cal: Calibration) -> str:
-    """Say whether errors of forces hold what is not known of the silicone."""
-    known = cal.table_errors is not None and cal.table_errors.modulus
-    return "with what is not known of the silicone" if known else "without any part of the silicone"
 
 
 def _unit(name: str) -> tuple[float, str]:
@@ -127,7 +121,7 @@ def header(source: Source, found: FixedPoint) -> str:
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
         coils=comment(", ".join(cal.coils)),
         forces=", ".join(f"{name} [{unit}]" for name, unit in zip(cal.forces, units, strict=True)),
-        forces_within=_within(cal), silicone=_of_silicone(cal),
+        forces_within=_within(cal),
         worth=", ".join(f"{w:.3g} {u} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
         bytes=_bytes(found), stack=_stack(found), products=_products(found),

@@ -131,7 +131,7 @@ class Silicone:
 
     @property
     def is_untested(self) -> bool:
-        """Whether nothing says how well its constants are known: neither a source, nor tests, nor a spread."""
+        """Whether neither a source, nor tests, nor a spread tell how well its constants are known."""
         return self.source == Silicone.source and self.fitted_range is None and self.modulus_deviation is None
 
     @property

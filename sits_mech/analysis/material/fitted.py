@@ -277,9 +277,9 @@ def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit 
         return None if relaxation is None else Silicone("", "neo-hookean", {"shear_modulus": 1.0}, np.inf, prony=prony)
     factor = 1.0 if relaxation is None or not relaxation.factor else relaxation.factor
     constants = LAWS[fit.law].rescaled(fit.constants, lambda value: factor * value)
-    known = {"fitted_range": (0.0, fit.max_strain), "mode_spread": fit.mode_spread}
     softening = None if cyclic is None else cyclic.mullins
-    return Silicone("", fit.law, constants, np.inf, **known, prony=prony, mullins=softening)
+    return Silicone("", fit.law, constants, np.inf, fitted_range=(0.0, fit.max_strain), mode_spread=fit.mode_spread,
+                    prony=prony, mullins=softening)
 
 
 def _rounded(value: Any) -> Any:
