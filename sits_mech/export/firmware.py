@@ -59,7 +59,7 @@ def write_header(source: Source, path: Path) -> tuple[str, ...]:
         f"within {found.error:.2g} codes of the map",
         f"interpolation error, by leaving out loads: {cal.map.error.max():.3g} codes",
         f"estimated errors of the loads: up to {own:.3g} codes",
-        f"with what is not known of the silicone, 90 % of the true forces are within a median of {_within(cal)}",
+        f"with the spread that its silicone states, 90 % of the true forces are within a median of {_within(cal)}",
     ]
     if domain.share < 1.0 or domain.regions:
         notes.append(f"{1.0 - domain.share:.1%} of the loads have no answer: {'; '.join(domain.regions)}")

@@ -3,7 +3,8 @@
 About the undeformed state the target moves by ``q = C f + q_0``, f its forces and moment about the bonded face, q_0 its
 displacement without load where the silicone would be larger if nothing held it (`elastomer.free_stretch`). Both are
 extrapolated from the meshes of a family (levels/family.py); the change of geometry under load is neglected. The second
-step of Newton's method from rest, on the coarsest mesh, estimates it: part of the error. A pad that is its own mirror
+step of Newton's method from rest, on the coarsest mesh, estimates it, and later ones add as large a share of it as it
+is of q, by component and in all (of the tilt under a press up to 0.3): part of the error. A pad that is its own mirror
 image in y = 0 is meshed by half.
 
 Films. Wide layers strain uniformly but for their edges and tilt (uniform.py), at any strain by ``u = (d_h, d_z, 0)``,
@@ -112,6 +113,8 @@ class SmallStrain:
         limit = self.levels.limit([(C @ force + q) * lengths * lever for C, q in own])
         away, min_J = correction(body, load)
         q, missed, stretch = limit.value / lever / lengths, np.abs(away) * lengths, None
+        share = np.maximum(missed / (np.abs(q) * lengths + np.finfo(float).tiny), relative(missed, q * lengths, lever))
+        missed *= 1.0 + np.minimum(share, 1.0)
         notes = () if self.edges is None else edge_notes(self.edges, load, scales.thickness)
         film = uniform_layer(self.sensor, wrench, flat=self._flat)
         left = missed if film is None else film.share * np.abs(q * lengths - film.linear)

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
 _HOPELESS = 0.5  # displacements that are left out, from which on the closed forms will do
 _SLENDER = 0.5  # shape factor below which no layer counts as one of small strain
 _RIM = 2.4  # thicknesses by which two edges widen or shorten a layer in shear: 2.3 seen within a pad, 0.23 flush
+_OF_LAW = 0.1  # finite strain's share of a displacement from which on laws of one modulus differ by percents
 _UNIFORM = 7.5  # thicknesses of a layer's width beyond which its middle is sheared uniformly
 
 
@@ -255,6 +256,8 @@ def _of_loads(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
     if loads and size:  # a pad stiffens: of the displacement at most as much
         known = (("percent", f"{100.0 * size:.2g}"),)
         found.append(Omission(OmissionKind.LAW, size, Relative.DISPLACEMENT, bound=True, counts=False, numbers=known))
+    elif loads and any(each.is_untested for each in made) and strain_bound(sensor, loads) > _OF_LAW:
+        found.append(Omission(OmissionKind.LAW, math.nan, Relative.DISPLACEMENT, counts=False))
     symmetry, different = symmetry_of(sensor), len(set(loads))
     if loads and symmetry.mirrored and all(load == Wrench(F_z=load.F_z) for load in loads):
         return (*found, Omission(OmissionKind.SYMMETRY, 0.0, Relative.DISPLACEMENT))

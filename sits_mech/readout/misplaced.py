@@ -15,7 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sits_mech.quantities import TOUCH, Array, tensor_grid
+from sits_mech.quantities import TOUCH, tensor_grid
 from sits_mech.readout.calibration import Calibration
 from sits_mech.units import SLACK
 
@@ -43,23 +43,13 @@ def misplaced(cal: Calibration, place: Mapping[str, float], within: float) -> di
     points = tensor_grid(*each).reshape(-1, len(at))
     read = np.where(reach > 0.0, at, points)
     shown = cal.map.at(points)
+    ends = 1.5 * cal.low - 0.5 * cal.high, 1.5 * cal.high - 0.5 * cal.low  # half a table's range beyond it
     for _ in range(_STEPS):
-        step = _least_squares(cal, read, shown - cal.map.at(read), forces)
-        read[:, forces] = np.clip(read[:, forces] + step, *_reach(cal, forces))
+        J = cal.map.slopes(read)[:, :, forces] * cal.weights[:, None]
+        step = np.einsum("mkn,mn->mk", np.linalg.pinv(J), (shown - cal.map.at(read)) * cal.weights)
+        read[:, forces] = np.clip(read[:, forces] + step, ends[0][forces], ends[1][forces])
     off = np.abs(read - points)[:, forces].max(axis=0)
     return {cal.forces[k]: float(value) for k, value in zip(forces, off, strict=True)}
-
-
-def _least_squares(cal: Calibration, at: Array, off: Array, forces: list[int]) -> Array:
-    """Return the steps (m, k) of some forces at loads (m, d) that make up for inductances (m, n), weighted."""
-    J = cal.map.slopes(at)[:, :, forces] * cal.weights[:, None]
-    return np.asarray(np.einsum("mkn,mn->mk", np.linalg.pinv(J), off * cal.weights))
-
-
-def _reach(cal: Calibration, forces: list[int]) -> tuple[Array, Array]:
-    """Return ends of some forces, half a table's range beyond it."""
-    beyond = 0.5 * (cal.high - cal.low)
-    return (cal.low - beyond)[forces], (cal.high + beyond)[forces]
 
 
 def _check_within(cal: Calibration, axes: list[str], place: Mapping[str, float], within: float) -> None:

@@ -43,6 +43,13 @@ def bare_words(bare: object) -> str:
     return "; bare: give target.backing_thickness of what it is glued on" if bare else ""
 
 
+def _law(numbers: Mapping[str, Number]) -> str:
+    """Say what tests tell of a law."""
+    if "percent" in numbers:
+        return f"by its tests the load is known within {numbers['percent']} % only, pressed and sheared"
+    return "its constants are given without tests, which laws fit as well is not known: sits-mech fit finds mode_spread"
+
+
 def _bends(numbers: Mapping[str, Number]) -> str:
     """Say how far a target bends."""
     if "stiffness" not in numbers:
@@ -60,7 +67,7 @@ _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.FINITE_STRAIN: "strains are so small, or so even, that one constant compliance is enough",
     OmissionKind.PAD_ENDS: _ends_of_pads,
     OmissionKind.HISTORY: "slow load on virgin material; ask for simulate --history, or cycle",
-    OmissionKind.LAW: "by its tests the load is known within {percent} % only, pressed and sheared",
+    OmissionKind.LAW: _law,
     OmissionKind.BENDING: _bends,
     OmissionKind.SYMMETRY: "scene and load are symmetric",
     OmissionKind.IMAGES: "pad and target are symmetric: {solved} of {all} loads are solved, the others mirrored",

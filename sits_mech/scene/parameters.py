@@ -151,8 +151,9 @@ def _of_pad(sensor: Sensor, name: str) -> Parameter | None:
             name, ((name, 0.0),), _STIFFER, scene, lambda share: _remade(scene, lambda own: own.stiffened(share))
         )
     if name == THICKNESS and sensor.elastomer is not None and sensor.elastomer.layers:
-        t = sensor.elastomer.thickness
-        return Parameter(name, ((name, t),), STEP * t, sensor, lambda amount: _thicker(sensor, t + amount))
+        pad, t = sensor.elastomer, sensor.elastomer.thickness
+        return Parameter(name, ((name, t),), STEP * t, sensor, lambda amount: sensor.model_copy(
+            update={"elastomer": pad.of_thickness(t + amount)}))
     return None
 
 
@@ -238,12 +239,6 @@ def _size(sensor: Sensor, of_material: bool) -> float:
     if sensor.elastomer is not None:
         return sensor.elastomer.shear_modulus if of_material else sensor.elastomer.thickness
     return sensor.target.thickness if sensor.target is not None else sensor.coils[0].outer_diameter
-
-
-def _thicker(sensor: Sensor, thickness: float) -> Sensor:
-    """Return a scene whose pad has another thickness [m]."""
-    pad = None if sensor.elastomer is None else sensor.elastomer.of_thickness(thickness)
-    return sensor.model_copy(update={"elastomer": pad})
 
 
 def _remade(sensor: Sensor, change: Callable[[Silicone], Silicone]) -> Sensor:

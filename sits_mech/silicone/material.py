@@ -130,6 +130,11 @@ class Silicone:
         return math.hypot(math.log1p(self.spread or 0.0) / _RANGE_OF_THREE, math.log1p(self.mode_spread or 0.0) / SURE)
 
     @property
+    def is_untested(self) -> bool:
+        """Whether neither a source, nor tests, nor a spread tell how well its constants are known."""
+        return self.source == Silicone.source and self.fitted_range is None and self.modulus_deviation is None
+
+    @property
     def has_history(self) -> bool:
         """Whether its rate or its largest load play a part."""
         return bool(self.prony) or self.mullins is not None

@@ -93,15 +93,15 @@ def _stated(found: dict[str, Any], plain: bool) -> dict[str, Any]:
         given["young_modulus"], words = _of_hardness(scale, given[scale])
         found = {"spread": _SPREAD, "source": words} | found
     if "D1" in given:
-        found["bulk_modulus"] = 2.0 / _positive(given["D1"])
+        found["bulk_modulus"] = 2.0 / _positive(given["D1"], "D1", "0.1 1/MPa")
     if "young_modulus" in given:
-        E, K = quantity(given["young_modulus"], "Pa", "E"), quantity(found.get("bulk_modulus", 0.0), "Pa", "K")
+        E, K = _positive(given["young_modulus"], "E", "60 kPa"), quantity(found.get("bulk_modulus", 0.0), "Pa", "K")
         if K and not 9.0 * K > E:
             raise SceneError(f"K must be above E/9; got {K:g} Pa with E of {E:g} Pa")
         found["shear_modulus"] = 3.0 * K * E / (9.0 * K - E) if K else E / (2.0 * (1.0 + nu))
     if plain:
         ratio = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
-        found.setdefault("bulk_modulus", ratio * quantity(found["shear_modulus"], "Pa", "mu"))
+        found.setdefault("bulk_modulus", ratio * _positive(found["shear_modulus"], "mu", "20 kPa"))
     return found
 
 
@@ -114,9 +114,9 @@ def _of_hardness(scale: str, value: Any) -> tuple[float, str]:
     return modulus_of_hardness(scale, hardness), words
 
 
-def _positive(value: Any) -> float:
-    """Return D1 [1/Pa], or refuse it."""
-    found = quantity(value, "1/Pa", "D1")
+def _positive(value: Any, key: str, such: str) -> float:
+    """Return D1 [1/Pa] or a modulus [Pa], or refuse it."""
+    found = quantity(value, "1/Pa" if key == "D1" else "Pa", key)
     if not found > 0.0:
-        raise SceneError(f'D1 must be above zero, such as "0.1 1/MPa"; got {shown(value)}')
+        raise SceneError(f'{key} must be above zero, such as "{such}"; got {shown(value)}')
     return found

@@ -85,6 +85,16 @@ def test_small_loads_are_those_of_finite_strain(wrench):
 
 
 @pytest.mark.slow
+def test_what_a_press_changes_of_a_tilt_is_in_its_error():
+    """Pressed by 3 % the pad tilts by a third less under shear than one compliance says."""
+    sensor, wrench = load_sensor("biorob2018"), Wrench(0.05, 0.5)
+    small, full = linear_pad(sensor, 1e-3).equilibrium(wrench), block_pad(sensor, 1e-3).equilibrium(wrench)
+    away = np.abs(small.pose.components - full.pose.components)[:3]
+    assert np.all(away < small.error.components[:3] + 0.1 * full.error.components[:3])
+    assert away[2] > 0.3 * abs(full.pose.alpha)
+
+
+@pytest.mark.slow
 def test_answers_are_proportional_and_errors_grow_with_the_load():
     pad = linear_pad(box(), 1e-2)
     one, two = (pad.equilibrium(Wrench(F, 5.0 * F)) for F in (1e-3, 0.1))

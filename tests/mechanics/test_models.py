@@ -307,6 +307,19 @@ def test_what_other_laws_are_worth() -> None:
     assert [(item.size, item.bound, item.counts) for item in found] == [(0.29, True, False)]
 
 
+@pytest.mark.parametrize(("more", "load", "told"), [
+    ("", PRESSED, True), ("", Wrench(F_z=1e-3), False), (', source="a table"', PRESSED, False),
+    (", fitted_range=[0.0, 1.0]", PRESSED, False), (", spread=0.3", PRESSED, False),
+])
+def test_a_law_that_no_test_stands_behind_is_told(more: str, load: Wrench, told: bool) -> None:
+    """Constants alone: which other laws fit as well has no size, and is no error of the law that was asked for."""
+    law = 'law="yeoh", c10="8 kPa", c20="0.6 kPa", c30="50 Pa", bulk_modulus="16 MPa"'
+    sensor = load_sensor("biorob2018", [f"elastomer.material={{{law}{more}}}"])
+    found = [item for item in left_out(sensor, [load], "block") if item.kind == OmissionKind.LAW]
+    assert [math.isnan(item.size) and not item.counts for item in found] == [True] * told
+    assert not [item for item in left_out(load_sensor("biorob2018"), [load], "block") if item.kind == OmissionKind.LAW]
+
+
 def test_images_of_loads_are_left_out() -> None:
     """Only in scenes that are their own mirror image; how many stand for all is told."""
     sensor, loads = load_sensor("biorob2018"), [Wrench(-1.0, 1.0), Wrench(1.0, 1.0)]

@@ -52,6 +52,7 @@ def test_a_hardness_is_known_within_its_spread() -> None:
         ({"E": 1e5, "shore_a": 30}, "must have one of E, mu, shore_a, shore_00; got young_modulus, shore_a"),
         ({"nu": 0.49}, "must have one of E, mu, .*; got none"),
         ({"E": 1e5, "nu": 0.5}, "nu must lie between 0 and 0.5"),
+        ({"E": "-60 kPa"}, 'E must be above zero, such as "60 kPa"; got "-60 kPa"'), ({"mu": 0, "nu": 0.4}, "mu must"),
         ({"E": 1e5, "nu": 0.4, "D1": 1e-7}, "one of K, nu, D1; got poisson_ratio, D1"),
         ({"shore_a": 90}, "between 5 and 80"),
         ({"E": 1e5, "young_modulus": 1e5}, "young_modulus must be given once; got E, young_modulus"),

@@ -166,12 +166,13 @@ class Fitted:
         """Known keys of a material table; none of the tests shows a bulk modulus."""
         silicone = _silicone(self.fit, self.relaxation, self.cyclic)
         table = {} if silicone is None else table_of(silicone)
-        wanted = (*(() if self.fit is None else ("law", *self.fit.constants)), "mode_spread", "prony", "mullins")
+        law = () if self.fit is None else ("law", *self.fit.constants)
+        wanted = (*law, "fitted_range", "mode_spread", "prony", "mullins")
         return {key: _rounded(table[key]) for key in wanted if key in table}
 
     @property
     def record(self) -> dict[str, Any]:
-        """All results for a program: keys of the fit, ``prony``, ``mullins``, with what is known of these."""
+        """All results for a program: keys of the fit, ``prony``, ``mullins``, what is known of these, ``material``."""
         found = {} if self.fit is None else asdict(self.fit)
         if self.relaxation is not None:
             entry = asdict(self.relaxation)
@@ -182,7 +183,7 @@ class Fitted:
             entry = asdict(self.cyclic)
             found["mullins"] = entry.pop("mullins")
             found["cyclic"] = entry
-        return found if self.relaxation is None and self.cyclic is None else found | {"material": self.table}
+        return found | {"material": self.table}
 
 
 def fit_tests(
@@ -277,7 +278,8 @@ def _silicone(fit: Fit | None, relaxation: Relaxation | None, cyclic: CyclicFit 
     factor = 1.0 if relaxation is None or not relaxation.factor else relaxation.factor
     constants = LAWS[fit.law].rescaled(fit.constants, lambda value: factor * value)
     softening = None if cyclic is None else cyclic.mullins
-    return Silicone("", fit.law, constants, np.inf, mode_spread=fit.mode_spread, prony=prony, mullins=softening)
+    return Silicone("", fit.law, constants, np.inf, fitted_range=(0.0, fit.max_strain), mode_spread=fit.mode_spread,
+                    prony=prony, mullins=softening)
 
 
 def _rounded(value: Any) -> Any:

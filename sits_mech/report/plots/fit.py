@@ -119,10 +119,8 @@ def _draw_test(curve: Axes, rest: Axes, test: TensileTest, fit: Fit, unnamed: st
         100.0 * test.strain[shown][dots], 1e-3 * test.stress[shown][dots], mark, **hollow,
         label=f"{unnamed}{test.mode}, measured",
     )
-    own: dict[str, Any] = {"color": colour, "label": f"{unnamed}{test.mode}, {fit.law} law"}
-    curve.plot(100.0 * strain[inside], 1e-3 * stress[inside], **own)
-    beyond: dict[str, Any] = {"color": colour, "linestyle": "--", "label": f"{unnamed}beyond the fit"}
-    curve.plot(100.0 * strain[~inside], 1e-3 * stress[~inside], **beyond)
+    for some, line, label in ((inside, "-", f"{test.mode}, {fit.law} law"), (~inside, "--", "beyond the fit")):
+        curve.plot(100.0 * strain[some], 1e-3 * stress[some], line, color=colour, label=unnamed + label)
     left = test.stress - engineering_stress(fit.law, fit.constants, test.strain, test.mode)
     rest.plot(100.0 * test.strain[used][dots], 1e-3 * left[used][dots], mark, **hollow)
 
@@ -136,8 +134,6 @@ def fitted_tables(found: Fitted) -> list[Table | str]:
         tables.append(key_table("rate", relaxation_rows(found.relaxation)))
     if found.cyclic is not None:
         tables.append(key_table("softening", cyclic_rows(found.cyclic)))
-    if found.relaxation is None and found.cyclic is None:
-        return tables
     return [*tables, pasted(found)]
 
 

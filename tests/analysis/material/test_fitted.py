@@ -73,7 +73,9 @@ def test_each_test_alone(files):
     assert set(alone.record) == {"prony", "relaxation", "material"}
     cyclic = fit_tests(None, None, files["cyclic"])
     assert cyclic.fit is not None and cyclic.fit.source == "cycles.csv" and "mullins" in cyclic.table
-    assert set(fit_tests(files["tensile"], None, None).record) & {"prony", "mullins", "material"} == set()
+    pull = fit_tests(files["tensile"], None, None)
+    assert set(pull.record) & {"prony", "mullins", "relaxation", "cyclic"} == set()
+    assert silicone_from(pull.record["material"] | {"bulk_modulus": 3e7}).known_stretch == pytest.approx(2.0)
     with pytest.raises(ValueError, match="must be given a tensile test, --relaxation or --cyclic"):
         fit_tests(None, None, None)
 

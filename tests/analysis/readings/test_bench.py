@@ -310,6 +310,18 @@ def test_invert_by_name_and_by_code(sensor: Sensor, folder: Path, capsys: pytest
         assert "N (90 %)" in (said := capsys.readouterr().out) and "by noise of the reading" in said
 
 
+@pytest.mark.parametrize(("keys", "said"), [([], False), (['elastomer.material={E="60 kPa", nu=0.499}'], True)])
+def test_forces_of_constants_without_tests(
+    keys: list[str], said: bool, sensor: Sensor, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their errors hold nothing of the silicone, which is told."""
+    typed = changed(sensor, keys)
+    save_table(table(typed), tmp_path / "result.nc")
+    save_sensor(typed, tmp_path / "scene.toml")
+    assert run(["invert", str(tmp_path), "--l1", "85 %", "--l2", "84 %"]) == 0
+    assert ("their errors do not hold it" in capsys.readouterr().err) == said
+
+
 @pytest.mark.parametrize(("part", "said"), [(0.0, False), (0.05, False), (0.08, True)])
 def test_what_the_silicone_has_of_an_error(part: float, said: bool) -> None:
     """Beside the one error where it is most of it: what is left without it, squares being added."""
