@@ -88,6 +88,7 @@ _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
+_FOLDS = 0.3  # the same at the corners of a flush pad, by logarithms: where it was less, J came to 0.06 to 0.19
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +105,7 @@ class Levels:
     opens: float = 0.0  # c, by which edges that a press opens add more, and are less sure
     sideways: float = EARLY  # times what the first term adds: the error of two levels but along z, of a target at rest
     least: float = 0.0  # of the value: the least first term of two levels
+    flush: bool = False  # whether bonded corners, which bricks fold, are rims
 
     def __post_init__(self) -> None:
         """Cache the layers."""
@@ -197,9 +199,17 @@ class Levels:
         return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
-        """Whether rims in space crease so that a third level would not rest, or late: J falls there by one factor."""
+        """Whether rims in space crease so that a third level would not rest, late, or folded.
+
+        J falls there by one factor; at the corners of a flush pad, as strains do, ln J grows by one.
+        """
         first, second = (state.min_J for state in states)
-        return len(self.fine.mesh.axes) == 3 and second**2 < _CREASED * first
+        folds = self.flush and np.log(min(second, 1.0)) ** 2 > np.log(_FOLDS) * np.log(min(first, 1.0))
+        return len(self.fine.mesh.axes) == 3 and bool(folds or second**2 < _CREASED * first)
+
+    def folded(self, state: State) -> bool:
+        """Whether a level beyond the second rests with a corner of a flush pad folded, which is of its cells."""
+        return self.flush and state.min_J < _CREASED
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
         """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.
