@@ -138,7 +138,8 @@ def extrapolated_equilibrium(
 
     `walk` yields the finer levels (default `finer`). The state of the answer begins with the family's `number`.
     """
-    (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
+    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
+    levels = line[number].folding(states)
     body = levels.fine
     k, (held, end) = body.components, scaled_control(body, scales, control)
     given = bool(np.any(control.held[:k]))

@@ -62,6 +62,7 @@ dual weighted residuals.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial, wraps
 from typing import Concatenate, NamedTuple, ParamSpec
@@ -88,7 +89,9 @@ _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
-_FOLDS = 0.3  # the same at the corners of a flush pad, by logarithms: where it was less, J came to 0.06 to 0.19
+_FOLDS = 1.2  # -ln J foreseen there at the corners of a flush pad: from 1.3 on J came to 0.06 to 0.19, to 0.26 at 1.0
+_SLOWS = (0.25, 0.5)  # the same, from and up to which the edge's order falls
+_SLOWED = 0.63  # power of the edge's term there: as h**0.75 for h**1.19
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +198,8 @@ class Levels:
         if pressed or self.least == 0.0:
             return found
         middle, edge = 1.0 + self._opened(sunk)
-        least = self.least * self.terms[1, 0] * edge / middle * np.abs(found.value)
+        slow = np.where(along | (not self.flush), 1.0, self.sideways / EARLY)
+        least = self.least * slow * self.terms[1, 0] * edge / middle * np.abs(found.value)
         return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
@@ -204,8 +208,27 @@ class Levels:
         J falls there by one factor; at the corners of a flush pad, as strains do, ln J grows by one.
         """
         first, second = (state.min_J for state in states)
-        folds = self.flush and np.log(min(second, 1.0)) ** 2 > np.log(_FOLDS) * np.log(min(first, 1.0))
-        return len(self.fine.mesh.axes) == 3 and bool(folds or second**2 < _CREASED * first)
+        return len(self.fine.mesh.axes) == 3 and (self.corner(states) > _FOLDS or second**2 < _CREASED * first)
+
+    def corner(self, states: tuple[State, State]) -> float:
+        """Return -ln J foreseen on a third level at the corners of a flush pad, where it grows by one factor."""
+        first, second = (max(0.0, -float(np.log(state.min_J))) for state in states)
+        return second * second / (first or 1.0) if self.flush else 0.0
+
+    def folding(self, states: tuple[State, State]) -> Levels:
+        """The same layers by the order of corners that fold, as far as those of a flush pad do."""
+        start, end = _SLOWS
+        folds = min(1.0, max(0.0, self.corner(states) - start) / (end - start))
+        if folds == 0.0:
+            return self
+        found, terms, step = copy(self), self.terms.copy(), np.arange(2.0)
+        terms[:, 0] **= 1.0 - folds * (1.0 - _SLOWED)
+        less = _ahead(step, self.terms[:2, :1])[0] / _ahead(step, terms[:2, :1])[0]
+        found.__dict__.update(
+            terms=terms, sideways=self.sideways * float(less[0]), opens=(1.0 - folds) * self.opens,
+            share=self.share + folds * (1.0 - self.share),
+        )
+        return found
 
     def folded(self, state: State) -> bool:
         """Whether a level beyond the second rests with a corner of a flush pad folded, which is of its cells."""

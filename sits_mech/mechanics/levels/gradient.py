@@ -35,7 +35,7 @@ import numpy as np
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpack_state
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, smallest_volume, unpack_state
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
@@ -162,6 +162,11 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
         by_load.append(turns @ _by_load(level))
         by_each.append(turns @ _by_each(family, number, found, level, stencils))
         levels.append(level._replace(B=level.B[:0]))
+    if not family.small:
+        first, second = (
+            replace(each.state, min_J=smallest_volume(each.body, each.state.u, everywhere=True)) for each in levels[:2]
+        )
+        family = replace(family, levels=family.levels.folding((first, second)))
     scales, beyond = family.scales(family.sensor), _beyond(family, found, levels)
     compliance = _limit(family, levels, by_load, scales.lengths[:, None] / scales.loads, beyond)
     pose, error = _limit(family, levels, by_each, scales.lengths[:, None], beyond)
