@@ -174,8 +174,6 @@ def extrapolated_equilibrium(
         nonlocal best, kept
         level = len(found)
         if level > 2:
-            if levels.folded(found[-1].state):
-                return True
             off = np.where(held, 0.0, found[-1].off / unit)
             limit = levels.limit([shown(each) for each in found], off, pressed=pressed, sunk=depths)
             if np.max(off, initial=0.0) > np.max(best.error):  # it does not settle there

@@ -139,6 +139,23 @@ def test_rims_that_crease_take_no_third_level():
     assert [levels.creased(pair) for pair in steps] == [True, False, False]
 
 
+def test_corners_of_a_flush_pad_that_fold_converge_more_slowly():
+    """As h^0.75 from x = (ln J_2)^2/-ln J_1 = 0.5 on, as without load to 0.25; not those of a face."""
+    levels, inside = (pad_family(scene(width))[0] for width in (20.0, 15.0))
+    start = rest(levels.coarse)
+    mild, half, folds, lost = (
+        tuple(replace(start, min_J=np.exp(-x)) for x in (0.1, np.sqrt(0.1 * x))) for x in (0.2, 0.375, 0.9, 1.3)
+    )
+    assert levels.folding(mild) is levels and inside.folding(lost) is inside
+    for states, order in ((half, 0.97), (folds, 0.75)):
+        values = list(LIMIT + (levels.terms[:2, :1] ** (order / 1.1892)) * FIRST)
+        found = levels.folding(states).early(values, LIMIT > np.inf, pressed=False)
+        np.testing.assert_allclose(found.value, LIMIT, rtol=1e-3)
+        own = levels.early(values, LIMIT > np.inf, pressed=False)
+        np.testing.assert_allclose(found.error, own.error, rtol=0.02)  # sideways
+    assert [levels.creased(pair) for pair in (folds, lost)] == [False, True] and not inside.creased(lost)
+
+
 def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
     """Those of a family without its first; the third, divided inside, shows the limit of both terms."""
     whole = family("box")
