@@ -251,9 +251,7 @@ def small_strain_forces(mesh: MixedMesh, laws: Laws, u: Array) -> Array:
     return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
 
 
-def element_stiffness(
-    mesh: MixedMesh, laws: Laws, u: Array, pressure: Array, known: Deformed | None = None
-) -> Array:
+def element_stiffness(mesh: MixedMesh, laws: Laws, u: Array, pressure: Array, known: Deformed | None = None) -> Array:
     """Return element stiffnesses (e, d k, d k), with pressures (e, m) in the geometric stiffness."""
     (_, F, _), (e, q, _, _), n = known or deformed(mesh, u), mesh.inside.slope.shape, mesh.dofs.shape[1]
     stiffness, count = np.empty((e, n, n)), max(1, POINTS * 81 // (q * F.shape[-1] ** 2))

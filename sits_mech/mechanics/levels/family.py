@@ -20,39 +20,32 @@ Of more,
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. They
 and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). A level divided at the edge alone, or
 away from it alone, moves the limit by what was wrong there, so that the ratio of the term that stays is not in theta.
-Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors were 0.07 to
-1.03 of those by theta = 1 and s_2 = 1/2, and are 0.08 to 1.05 so; of four levels of 14 pads 0.01 to 0.8, now to 0.9.)
-No component's error is less than a share of the worst, an angle counted at the target's end; likewise for forces that
-hold the target.
+Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
+1.05 of those, of four levels of 14 pads 0.01 to 0.9.) No component's error is less than a share of the worst, an angle
+counted at the target's end; likewise for forces that hold the target.
 
 Under a press the angle between plate and free face opens, and the edge's term shrinks less from level to level than
 its power says, which is that of small strain: a layer of cells more at the edge leaves rho of it, 0.25 without load,
-0.30, 0.37 and 0.57 at sinks of 0.08, 0.13 and 0.14 thicknesses (discs of 10 and 8 mm on 15 x 2 and 20 x 2, a square on
-16 x 16 x 3 of nu = 0.45; levels of two parts with none, one and two further layers, block.py). What it adds in all goes
-as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2 it is 1 + c (sink/t)**2 as much, and as rho grows from layer to
-layer, too (0.30, 0.32; 0.37, 0.46), as much again is its error:
+0.30, 0.37 and 0.57 at sinks of 0.08, 0.13 and 0.14 thicknesses (two discs and a square, levels of two parts with none,
+one and two further layers, block.py). What it adds in all goes as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2
+it is 1 + c (sink/t)**2 as much, and as rho grows from layer to layer, too, as much again is its error:
 
     y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (edge/t)**2,   c = 8 * 16/3, some 50, in space.
 
 A target that tilts presses one of its edges deeper, by its own half width times the tilt: on that depth the error is
-taken. (Discs off centre whose middles sink by 0.059, 0.059, 0.080 t, their edges by 0.104, 0.110, 0.133 t: rho of the
-tilt is 0.53, 0.45, 0.36, by the middle 0.28, 0.28, 0.30, by the edge 0.34, 0.35, 0.39.)
+taken. (Of three discs off centre rho is 0.36 to 0.53, by the middle's depth 0.28 to 0.30, by the edge's 0.34 to 0.39.)
 
 So does the share of the worst component's error that all own to, twice: by the term and by its error, up to the whole.
-(The tilt of `biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29, 0.44 of it off; shares are 0.26, 0.30, 0.45.)
-
-By c = 0 true errors are up to 3.7 times the estimated ones on the third and the fourth level of ten of those pads that
-sink by 0.05 t and more; by 50 they are 0.1 to 0.85 on the five discs whose references are sure enough.
+(Of the tilt of `biorob2018` under three loads 0.26, 0.30, 0.45; it is 0.26, 0.29, 0.44 of it off.) By c = 0 true errors
+are up to 3.7 times the estimated ones on ten of those pads, by 50 0.1 to 0.85 on five discs.
 
 At a corner of a flush pad displacements go as ``r f(theta)`` under load, strains of their own in every direction, which
 bricks do not follow (element/mesh.py): first their edge's term falls more slowly, then they fold, J to 0.1 and less,
-into rests beyond the true one that are not unique. With x = (ln J_2)**2/-ln J_1, what -ln J would be on a third level
-by its smallest values on two, the term goes as h**1.19 of the cell to x = 0.25, as without load, as h**0.75 from x =
-0.5 on; a third level is solved to x = 1.2. What was left of d_h after two levels of seven sheared squares is 0.46 to
-0.7 of their difference (0.55 by 0.75, 0.24 by 1.19); of z of pressed discs 8 x 4 and 12 x 4 0.13 to 0.23 to x = 0.25,
-0.27 to 0.44 to 0.42, 0.41 to 0.56 beyond; in plane strain a layer of factor 0.4 leaves 0.5 (0.4**0.75). References
-have prisms or triangles that meet in the corners, and do not fold there. Sideways two levels then own to as much as
-without load; all components to as much as the worst. (True over estimated errors are 0.05 to 0.65, were to 2.7.)
+into rests beyond the true one that are not unique. By x = (ln J_2)**2/-ln J_1, what -ln J would be on a third level,
+the term goes as h**1.19 of the cell to x = 0.25, as without load, and as h**0.75 from 0.5 on; a third level is solved
+to 1.2. (What two levels of seven sheared squares leave of d_h is 0.46 to 0.7 of their difference: 0.55 by 0.75, 0.24 by
+1.19; of z of pressed discs 0.13 to 0.23, 0.27 to 0.44 in between, 0.41 to 0.56, beside meshes of triangles or prisms
+that meet in the corners.) Sideways two levels then own to as much as without load, all components as the worst.
 
 Where free faces press a plane or each other no order is observed: the end of contact moves by less than a cell from
 level to level, in either direction, so that two differences may be small, or in the ratio of the order, by chance.
@@ -60,9 +53,9 @@ There the whole sequence bounds the first term, not its last differences: with a
 
     error = 2.2 max_j |a_j| phi_n1/phi_j1,    j = 2 ... n.
 
-The 2.2 is measured, in the plane alone (in space contact is taken to show its order): on 19 flush layers, 10/10/2 to
-20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
-and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
+The 2.2 is measured, in the plane alone (in space contact is taken to show its order): on 19 flush layers of three laws,
+where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12 and 16 cells hold what 24 or 32 give;
+true errors are 0.44 of them in the median, 1.5 at most.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals.
@@ -226,17 +219,13 @@ class Levels:
 
     def folding(self, states: tuple[State, State]) -> Levels:
         """Return the family by the order that its corners show under a load."""
-        start, end = _SLOWS
-        folds = min(1.0, max(0.0, self.corner(states) - start) / (end - start))
+        folds = float(np.interp(self.corner(states), _SLOWS, (0.0, 1.0)))
         if folds == 0.0:
             return self
-        found, terms, step = copy(self), self.terms.copy(), np.arange(2.0)
-        terms[:, 0] **= 1.0 - folds * (1.0 - _SLOWED)
-        less = _ahead(step, self.terms[:2, :1])[0] / _ahead(step, terms[:2, :1])[0]
-        found.__dict__.update(
-            terms=terms, sideways=self.sideways * float(less[0]), opens=(1.0 - folds) * self.opens,
-            share=self.share + folds * (1.0 - self.share),
-        )
+        found, terms = copy(self), self.terms ** [1.0 - folds * (1.0 - _SLOWED), 1.0]
+        was, now = (each[1, 0] / (each[0, 0] - each[1, 0]) for each in (self.terms, terms))
+        opens, share, sideways = (1.0 - folds) * self.opens, max(self.share, folds), self.sideways * was / now
+        found.__dict__.update(terms=terms, opens=opens, share=share, sideways=sideways)
         return found
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:

@@ -215,9 +215,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
 
 
-def finished(
-    line: Line, control: Control, solved: Solved, word: str, tolerance: float | None
-) -> Equilibrium:
+def finished(line: Line, control: Control, solved: Solved, word: str, tolerance: float | None) -> Equilibrium:
     """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
 
     With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.
