@@ -9,6 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from common.ngsolve_fans import fanned
 from common.ngsolve_mesh import family_lines, graded, product_plan, ring_mesh, section_mesh, side, solid_mesh
 from common.ngsolve_pad import Law, Pad
 from common.ngsolve_wave import wave_stiffness
@@ -52,6 +53,8 @@ def reference(case: Case, last: int | None = None) -> Reference:
     if case.twist:
         alpha_z = 2.0 * 1e3 * case.twist * case.thickness / (np.pi * case.mu * (0.5 * case.target[0]) ** 4)
         return Reference(np.array([0.0, 0.0, alpha_z]), 0.0, "closed form: Saint-Venant's torsion of a cylinder")
+    if case.fanned:
+        return fan_reference(case)
     if case.on_family:
         return family_limit(case, *(family_row(case, order, last) for order in case.meshes))
     ladder = LADDERS[case.kind, case.linear]
@@ -59,6 +62,19 @@ def reference(case: Case, last: int | None = None) -> Reference:
     if not found:
         return reference(replace(case, milder=True, meshes=SECTIONS), last)
     return min(found, key=lambda one: one.error)
+
+
+def fan_reference(case: Case) -> Reference:
+    """Return the pose of one ring about the corners, as sure as what it adds, or twice as many prisms change."""
+    poses = []
+    for rings, parts in ((0, 1), (0, 2), (1, 1)):
+        q = fanned(case, rings, parts).solve(1e3 * np.array(case.load) / case.mu, 2)
+        poses.append(np.array([q[0], -q[1], q[2]]))
+    first, more, value = poses
+    lever = np.array([1.0, 1.0, 0.5 * case.target[0]])
+    ring, prisms = (float(np.max(np.abs(q - first) * lever) / np.max(np.abs(value) * lever)) for q in (value, more))
+    words = f"Q4/Q2, prisms in the corners and a ring about them: it adds {ring:.1e}, twice as many prisms {prisms:.1e}"
+    return Reference(value, max(ring, prisms), words)
 
 
 def family_row(case: Case, order: int, last: int | None) -> tuple[list[int], list[Array]]:

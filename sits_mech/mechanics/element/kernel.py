@@ -179,10 +179,7 @@ class Forces(NamedTuple):
 
 
 def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Array, Array]:
-    """Return F, components row by row, (e, q, c), and J, (e, q), of nodal displacements (d n,) [thicknesses].
-
-    At the quadrature points by default.
-    """
+    """Return F, row by row (e, q, c), and J (e, q) of nodal displacements, at the quadrature points by default."""
     F = gradients(mesh, u, at)
     F = F + _one(F)
     if F.shape[-1] == 4:

@@ -134,9 +134,9 @@ def law_notes(sensor: Sensor, each: Sequence[float]) -> tuple[Note, ...]:
 def extrapolated_equilibrium(
     line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
-    """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
+    """Extrapolate the equilibrium and its errors from two levels at rest and the finer ones needed, by default `finer`.
 
-    `walk` yields the finer levels (default `finer`). The state of the answer begins with the family's `number`.
+    The state of the answer begins with the family's `number`.
     """
     (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
     levels = line[number].folding(states)

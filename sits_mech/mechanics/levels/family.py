@@ -160,13 +160,9 @@ class Levels:
         return None if way is None or before is None else np.asarray(before.cells[way.parents].any(axis=0))
 
     def check_memory(self, level: int) -> Note | None:
-        """Return a note on a level that exceeds memory, else None.
-
-        Raise ValueError for one of the first two levels, without which there is no answer.
-        """
+        """Return a note on a level beyond memory, else None; raise ValueError for one of the first two."""
         needed = float(sum(memory_of_box(self.cells(level))))
-        beyond = beyond_memory(needed)
-        if not beyond:
+        if not (beyond := beyond_memory(needed)):
             return None
         if level > 1:
             return Note.of(NoteKind.MESH_TOO_LARGE, needed=needed, limit=MEMORY.get() * GIB)
@@ -189,12 +185,9 @@ class Levels:
         return min(1.0, self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2)
 
     def early(self, values: Sequence[Array], along: Mask, *, pressed: bool, sunk: Sequence[float] = (0, 0)) -> Limit:
-        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.
-
-        What two levels that differ at the edges alone do not show counts as much as what they do.
-        """
+        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel."""
         found = extrapolated(values, self.terms[:2], pressed=pressed, early=np.where(along, EARLY, self.sideways))
-        if self.edges_alone:
+        if self.edges_alone:  # what they do not show counts as much as what they do
             found.parts[1] = values[1] - values[0]
             found = found._replace(error=found.error + np.abs(found.parts[1]))
         if pressed or self.least == 0.0:
@@ -205,10 +198,7 @@ class Levels:
         return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
-        """Whether rims in space crease so that a third level would not rest, late, or folded.
-
-        J falls there by one factor; at the corners of a flush pad, as strains do, ln J grows by one.
-        """
+        """Whether rims of a third level in space would crease: J falls by a factor, ln J of flush corners grows by one."""
         first, second = (state.min_J for state in states)
         return len(self.fine.mesh.axes) == 3 and (self.corner(states) > _FOLDS or second**2 < _CREASED * first)
 

@@ -121,10 +121,7 @@ def _by_families(line: Line, numbers: Sequence[int], start: Equilibrium | None, 
 def _on(
     line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control, last: float = _SMALLEST[1]
 ) -> Pair:
-    """Return the rest on the first family that gets there, or else what the farthest one carries.
-
-    `last`: smallest increment on the last of them.
-    """
+    """Return the rest on the first family that gets there, else the farthest; `last`: least increment on the last."""
     looks: dict[int, Outcome] = {}
     tried: list[Pair] = []
     for number in numbers:
