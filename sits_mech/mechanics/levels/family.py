@@ -198,7 +198,7 @@ class Levels:
         return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
-        """Whether rims of a third level in space would crease: J falls by a factor, ln J of flush corners grows by one."""
+        """Whether rims of a third level in space crease: J falls by one factor, ln J of flush corners grows by one."""
         first, second = (state.min_J for state in states)
         return len(self.fine.mesh.axes) == 3 and (self.corner(states) > _FOLDS or second**2 < _CREASED * first)
 
