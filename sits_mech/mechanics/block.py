@@ -247,7 +247,7 @@ def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
     sideways = EARLY if shape.flush or crosses(shape) else _WITHIN
     return Levels(
         terms_of(chosen, shape.exponent), cells, lambda level: made(level).body, carrier, _SHARE,
-        cache_changes(changed), _RESTED, _OPENS, sideways, _LEAST
+        cache_changes(changed), _RESTED, _OPENS, sideways, _LEAST, shape.flush
     )
 
 

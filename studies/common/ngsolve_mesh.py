@@ -169,9 +169,9 @@ def section_mesh(x: Array, z: Array, half_target: float) -> Any:
     return ngsolve.Mesh(mesh)
 
 
-def outer_edges(quads: Cells) -> list[tuple[int, int]]:
-    """Return the edges that only one quadrilateral has, in its own sense."""
-    edges = [(int(quad[k]), int(quad[(k + 1) % 4])) for quad in quads for k in range(4)]
+def outer_edges(cells: Cells | list[list[int]]) -> list[tuple[int, int]]:
+    """Return the edges that only one cell has, in its own sense."""
+    edges = [(int(cell[k - 1]), int(cell[k])) for cell in cells for k in range(len(cell))]
     own = set(edges)
     return [(a, b) for a, b in edges if (b, a) not in own]
 

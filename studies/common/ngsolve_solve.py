@@ -9,6 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from common.ngsolve_fans import fanned
 from common.ngsolve_mesh import family_lines, graded, product_plan, ring_mesh, section_mesh, side, solid_mesh
 from common.ngsolve_pad import Law, Pad
 from common.ngsolve_wave import wave_stiffness
@@ -52,6 +53,8 @@ def reference(case: Case, last: int | None = None) -> Reference:
     if case.twist:
         alpha_z = 2.0 * 1e3 * case.twist * case.thickness / (np.pi * case.mu * (0.5 * case.target[0]) ** 4)
         return Reference(np.array([0.0, 0.0, alpha_z]), 0.0, "closed form: Saint-Venant's torsion of a cylinder")
+    if case.fanned:
+        return fan_reference(case)
     if case.on_family:
         return family_limit(case, *(family_row(case, order, last) for order in case.meshes))
     ladder = LADDERS[case.kind, case.linear]
@@ -59,6 +62,19 @@ def reference(case: Case, last: int | None = None) -> Reference:
     if not found:
         return reference(replace(case, milder=True, meshes=SECTIONS), last)
     return min(found, key=lambda one: one.error)
+
+
+def fan_reference(case: Case) -> Reference:
+    """Return the pose of one ring about the corners, as sure as what it adds, or twice as many prisms change."""
+    poses = []
+    for rings, parts in ((0, 1), (0, 2), (1, 1)):
+        q = fanned(case, rings, parts).solve(1e3 * np.array(case.load) / case.mu, 2)
+        poses.append(np.array([q[0], -q[1], q[2]]))
+    first, more, value = poses
+    lever = np.array([1.0, 1.0, 0.5 * case.target[0]])
+    ring, prisms = (float(np.max(np.abs(q - first) * lever) / np.max(np.abs(value) * lever)) for q in (value, more))
+    words = f"Q4/Q2, prisms in the corners and a ring about them: it adds {ring:.1e}, twice as many prisms {prisms:.1e}"
+    return Reference(value, max(ring, prisms), words)
 
 
 def family_row(case: Case, order: int, last: int | None) -> tuple[list[int], list[Array]]:
@@ -77,15 +93,17 @@ def family_limit(case: Case, first: tuple[list[int], list[Array]], others: tuple
 
     What an error of order p leaves on the last two of meshes m is ``(q_2 - q_1)/((m_2/m_1)^p - 1)``. The error is also
     what is left by the order that the singular edge should show, 2, in place of the measured one. Of a family that is
-    meant to have two meshes 2, or of flush pads 2.38, stands for the measured order, and 2.38, or 2, for the other. One
-    mesh of the other elements is taken as it is: what it leaves is in the difference.
+    meant to have two meshes 2, or of flush pads 2.38, stands for the measured order, and 2.38, or 2, for the other; of
+    flush pads whose corners a shear folds 1.5 and 2 (levels/family.py: h^0.75). One mesh of the other elements is taken
+    as it is: what it leaves is in the difference.
     """
     flush = case.pad[0] <= case.bond[0] or case.pad[1] <= case.bond[1]
     lever, found = np.array([1.0, 1.0, 0.5 * case.target[0]]), []
     for (order, meant), (sizes, row) in zip(case.meshes.items(), (first, others), strict=True):
         if len(row) < min(3, len(meant)):
             raise ArithmeticError(f"{case.name}: Q{order} carried the load on {len(row)} meshes of {len(meant)}")
-        shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]]) if len(row) > 2 else 2.0 + 0.38 * flush
+        meant_order = 1.5 if flush and case.load[0] else 2.0 + 0.38 * flush
+        shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]]) if len(row) > 2 else meant_order
         orders = (shown, 2.0 if shown != 2.0 else 2.38)
         if len(row) == 1:
             found.append((row * 2, f"Q{order}/P{order - 1}, base cells in {sizes[0]} part"))

@@ -63,6 +63,8 @@ class Case:
         Whether the package is asked of a section about the axis.
     milder : bool
         Whether a section stands on such a family, too: loads that crease smaller cells.
+    fanned : bool
+        Whether a flush box stands on prisms that meet in its corners (ngsolve_fans.py): loads that fold bricks there.
     twist : float
         M_z [N mm], alone, small: a flush cylinder turns by ``2 M_z t/(pi mu a^4)``, exactly (A. de Saint-Venant 1855).
     """
@@ -84,6 +86,7 @@ class Case:
     meshes: Mapping[int, tuple[int, ...]] = field(default_factory=lambda: FAMILIES, compare=False)
     milder: bool = False
     axial: bool = False
+    fanned: bool = False
 
     @property
     def model(self) -> str:
@@ -242,6 +245,9 @@ def _boxes() -> list[Case]:
         Case("6 x 6 x 6, pulled and sheared", "box", (6.0, 6.0), (6.0, 6.0), 6.0, (0.2, -0.2, 0.0), bulk=50.0),
         Case("8 x 4 on 12 x 6 x 2, moment", "box", (12.0, 6.0), (8.0, 4.0), 2.0, (0.0, 0.3, 1.0), "gent"),
     ]
+    for wide, t, load in ((8.0, 2.0, (0.768, 0.0, 0.0)), (5.0, 1.5, (0.225, 0.141, 0.0))):
+        name = f"flush {wide:g} x {wide:g} x {t:g}, {load[0]} N of shear, {load[1]:g} N"
+        rows.append(Case(name, "box", (wide, wide), (wide, wide), t, load, bulk=49.67, fanned=True))
     for F_x, F_z in ((0.3, 1.0), (0.4, 1.6), (1.0, 2.0)):
         own = Case(f"biorob2018, {F_x:g} N and {F_z:g} N", "box", *published[:1], (8.0, 8.0), 2.0, (F_x, F_z, 0.0))
         rows.append(replace(own, law="ecoflex", height=0.2, meshes={2: (2, 3), 3: (1, 2)}))

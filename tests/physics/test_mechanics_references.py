@@ -34,3 +34,11 @@ def test_what_a_strong_press_leaves_at_edges_is_in_the_error(name):
     one = judged(REFERENCES[name], 1e-2)
     assert one.reference.error < 0.1 * one.true
     assert 0.3 * one.estimated < one.true <= one.estimated
+
+
+@pytest.mark.parametrize("name", [name for name in REFERENCES if "N of shear" in name])
+@pytest.mark.parametrize("asked", [1e-2, 3e-3])
+def test_corners_that_fold_are_in_the_error(name, asked):
+    """Flush squares, sheared 44 and 35 %, of which two levels have J of 0.6."""
+    one = judged(REFERENCES[name], asked)
+    assert one.true <= one.estimated <= 1e-2

@@ -179,10 +179,7 @@ class Forces(NamedTuple):
 
 
 def deformation(mesh: MixedMesh, u: Array, at: Points | None = None) -> tuple[Array, Array]:
-    """Return F, components row by row, (e, q, c), and J, (e, q), of nodal displacements (d n,) [thicknesses].
-
-    At the quadrature points by default.
-    """
+    """Return F, row by row (e, q, c), and J (e, q) of nodal displacements, at the quadrature points by default."""
     F = gradients(mesh, u, at)
     F = F + _one(F)
     if F.shape[-1] == 4:
@@ -251,9 +248,7 @@ def small_strain_forces(mesh: MixedMesh, laws: Laws, u: Array) -> Array:
     return summed(mesh.dofs, _along(mesh, P), mesh.nodes.size)
 
 
-def element_stiffness(
-    mesh: MixedMesh, laws: Laws, u: Array, pressure: Array, known: Deformed | None = None
-) -> Array:
+def element_stiffness(mesh: MixedMesh, laws: Laws, u: Array, pressure: Array, known: Deformed | None = None) -> Array:
     """Return element stiffnesses (e, d k, d k), with pressures (e, m) in the geometric stiffness."""
     (_, F, _), (e, q, _, _), n = known or deformed(mesh, u), mesh.inside.slope.shape, mesh.dofs.shape[1]
     stiffness, count = np.empty((e, n, n)), max(1, POINTS * 81 // (q * F.shape[-1] ** 2))

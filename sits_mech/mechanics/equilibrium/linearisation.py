@@ -166,9 +166,7 @@ def factored_shapes(
     return cast(list[Factor], found)
 
 
-def bending_equations(
-    body: Bonded, here: State, shapes: Array, f: Array | float = 0.0
-) -> tuple[Array, Array] | None:
+def bending_equations(body: Bonded, here: State, shapes: Array, f: Array | float = 0.0) -> tuple[Array, Array] | None:
     """Return S and r of S (dq, a) = -r, Newton's step of q and `shapes` (n, d, m) of the bonded nodes from a state.
 
     Of the motions those that move the body; r is of the pad and of forces `f` on nodes, on the shapes, which the state

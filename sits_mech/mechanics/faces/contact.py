@@ -59,13 +59,11 @@ increment is tau: beyond s_0 the anchor has been dragged along, and the work of 
 pressure stands still while the increment is solved, and is taken from its end, pass by pass
 (equilibrium/increments.py).
 
-The choice. A potential of each increment, rather than the equations of Coulomb's law themselves, keeps tangents
-symmetric and the line of solvers as it is; the price are passes over the pressure. The bend of D at x = 1 is left as it
-is: all points are stiff at the beginning of an increment, also those that slipped before and turn back now, which a
-smooth D would not hold. An elastic slip of one length, rather than of one stiffness, makes points stick where they are
-hardly pressed as well. Tractions are carried, and not slips: pressing then changes no traction. Neglected: what s_0
-lets a point creep, O(s_0), like the depth of contact; another coefficient at rest than in motion; friction of faces on
-each other.
+A potential of each increment, rather than Coulomb's equations, keeps tangents symmetric, for passes over the pressure.
+The bend of D at x = 1 stays: all points are stiff at the beginning of an increment, also those that slipped and turn
+back. An elastic slip of one length, not one stiffness, makes points stick where they are hardly pressed. Tractions are
+carried, not slips: pressing changes none. Neglected: what s_0 lets a point creep, O(s_0), like the depth of contact;
+another coefficient at rest; friction of faces on each other.
 
 Sources: the same, chapters 4 and 10; M. Li et al., ACM Trans. Graph. 39 (2020) 49, section 5, the potential with the
 pressure of before.

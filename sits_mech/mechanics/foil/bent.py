@@ -59,9 +59,7 @@ class Bending:
         return enlarged(bent, Pose.of(found.error.components + off), found.report.estimated_error + more, note)
 
     @latest(16, owned=True)  # finer meshes are compared at some of these loads after all
-    def added(
-        self, levels: Levels, scales: Scales, load: Wrench, state: bytes
-    ) -> tuple[Array, Array, float] | None:
+    def added(self, levels: Levels, scales: Scales, load: Wrench, state: bytes) -> tuple[Array, Array, float] | None:
         """Return what bending adds to a pose, the error of it [m, rad], and its size [m]; None if singular.
 
         Coils see it where the second level rests, whatever finer ones change of that.

@@ -134,11 +134,12 @@ def law_notes(sensor: Sensor, each: Sequence[float]) -> tuple[Note, ...]:
 def extrapolated_equilibrium(
     line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
-    """Extrapolate the equilibrium and its errors from two levels of a family at rest and as many finer ones as needed.
+    """Extrapolate the equilibrium and its errors from two levels at rest and the finer needed, by default `later_rests`.
 
-    `walk` yields the finer levels (default `later_rests`). The state of the answer begins with the family's `number`.
+    The state of the answer begins with the family's `number`.
     """
-    (coarse, fine), sensor, scales, goal, levels = states, line.sensor, line.scales, line.goal, line[number]
+    (coarse, fine), sensor, scales, goal = states, line.sensor, line.scales, line.goal
+    levels = line[number].folding(states)
     body = levels.fine
     k, (held, end) = body.components, scaled_control(body, scales, control)
     given = bool(np.any(control.held[:k]))

@@ -20,30 +20,32 @@ Of more,
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. They
 and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). A level divided at the edge alone, or
 away from it alone, moves the limit by what was wrong there, so that the ratio of the term that stays is not in theta.
-Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors were 0.07 to
-1.03 of those by theta = 1 and s_2 = 1/2, and are 0.08 to 1.05 so; of four levels of 14 pads 0.01 to 0.8, now to 0.9.)
-No component's error is less than a share of the worst, an angle counted at the target's end; likewise for forces that
-hold the target.
+Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
+1.05 of those, of four levels of 14 pads 0.01 to 0.9.) No component's error is less than a share of the worst, an angle
+counted at the target's end; likewise for forces that hold the target.
 
 Under a press the angle between plate and free face opens, and the edge's term shrinks less from level to level than
 its power says, which is that of small strain: a layer of cells more at the edge leaves rho of it, 0.25 without load,
-0.30, 0.37 and 0.57 at sinks of 0.08, 0.13 and 0.14 thicknesses (discs of 10 and 8 mm on 15 x 2 and 20 x 2, a square on
-16 x 16 x 3 of nu = 0.45; levels of two parts with none, one and two further layers, block.py). What it adds in all goes
-as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2 it is 1 + c (sink/t)**2 as much, and as rho grows from layer to
-layer, too (0.30, 0.32; 0.37, 0.46), as much again is its error:
+0.30, 0.37 and 0.57 at sinks of 0.08, 0.13 and 0.14 thicknesses (two discs and a square, levels of two parts with none,
+one and two further layers, block.py). What it adds in all goes as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2
+it is 1 + c (sink/t)**2 as much, and as rho grows from layer to layer, too, as much again is its error:
 
     y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (edge/t)**2,   c = 8 * 16/3, some 50, in space.
 
 A target that tilts presses one of its edges deeper, by its own half width times the tilt: on that depth the error is
-taken. (Discs off centre whose middles sink by 0.059, 0.059, 0.080 t, their edges by 0.104, 0.110, 0.133 t: rho of the
-tilt is 0.53, 0.45, 0.36, by the middle 0.28, 0.28, 0.30, by the edge 0.34, 0.35, 0.39.)
+taken. (Of three discs off centre rho is 0.36 to 0.53, by the middle's depth 0.28 to 0.30, by the edge's 0.34 to 0.39.)
 
 So does the share of the worst component's error that all own to, twice: by the term and by its error, up to the whole.
-(The tilt of `biorob2018` under 0.1 to 0.4 N, 0.4 to 1.6 N is 0.26, 0.29, 0.44 of it off; shares are 0.26, 0.30, 0.45.)
+(Of the tilt of `biorob2018` under three loads 0.26, 0.30, 0.45; it is 0.26, 0.29, 0.44 of it off.) By c = 0 true errors
+are up to 3.7 times the estimated ones on ten of those pads, by 50 0.1 to 0.85 on five discs.
 
-By c = 0 true errors are up to 3.7 times the estimated ones on the third and the fourth level of ten of those pads that
-sink by 0.05 t and more; by 50 they are 0.1 to 0.85 on the five discs whose references are sure enough. (In the plane
-corners are fanned, element/mesh.py, and c = 0.)
+At a corner of a flush pad displacements go as ``r f(theta)`` under load, strains of their own in every direction, which
+bricks do not follow (element/mesh.py): first their edge's term falls more slowly, then they fold, J to 0.1 and less,
+into rests beyond the true one that are not unique. By x = (ln J_2)**2/-ln J_1, what -ln J would be on a third level,
+the term goes as h**1.19 of the cell to x = 0.25, as without load, and as h**0.75 from 0.5 on; a third level is solved
+to 1.2. (What two levels of seven sheared squares leave of d_h is 0.46 to 0.7 of their difference: 0.55 by 0.75, 0.24 by
+1.19; of z of pressed discs 0.13 to 0.23, 0.27 to 0.44 in between, 0.41 to 0.56, beside meshes of triangles or prisms
+that meet in the corners.) Sideways two levels then own to as much as without load, all components as the worst.
 
 Where free faces press a plane or each other no order is observed: the end of contact moves by less than a cell from
 level to level, in either direction, so that two differences may be small, or in the ratio of the order, by chance.
@@ -51,9 +53,9 @@ There the whole sequence bounds the first term, not its last differences: with a
 
     error = 2.2 max_j |a_j| phi_n1/phi_j1,    j = 2 ... n.
 
-The 2.2 is measured, in the plane alone (in space contact is taken to show its order): on 19 flush layers, 10/10/2 to
-20/20/2 mm, of three laws, at loads where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12
-and 16 cells hold what 24 or 32 cells give; true errors are 0.44 of them in the median, 1.5 at most.
+The 2.2 is measured, in the plane alone (in space contact is taken to show its order): on 19 flush layers of three laws,
+where contact moves the target by more than a percent, 55 of 57 estimates of 8, 12 and 16 cells hold what 24 or 32 give;
+true errors are 0.44 of them in the median, 1.5 at most.
 
 Source: L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307; R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1,
 dual weighted residuals.
@@ -62,6 +64,7 @@ dual weighted residuals.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial, wraps
 from typing import Concatenate, NamedTuple, ParamSpec
@@ -88,6 +91,9 @@ _CHANGED = 64  # layers of changed scenes that a family remembers
 _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
+_FOLDS = 1.2  # -ln J foreseen there at the corners of a flush pad: from 1.3 on J came to 0.06 to 0.19, to 0.26 at 1.0
+_SLOWS = (0.25, 0.5)  # the same, between which the edge's order falls,
+_SLOWED = 0.63  # by so much: 0.75/1.19
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +110,7 @@ class Levels:
     opens: float = 0.0  # c, by which edges that a press opens add more, and are less sure
     sideways: float = EARLY  # times what the first term adds: the error of two levels but along z, of a target at rest
     least: float = 0.0  # of the value: the least first term of two levels
+    flush: bool = False  # whether bonded corners, which bricks fold, are its rims
 
     def __post_init__(self) -> None:
         """Cache the layers."""
@@ -153,13 +160,9 @@ class Levels:
         return None if way is None or before is None else np.asarray(before.cells[way.parents].any(axis=0))
 
     def check_memory(self, level: int) -> Note | None:
-        """Return a note on a level that exceeds memory, else None.
-
-        Raise ValueError for one of the first two levels, without which there is no answer.
-        """
+        """Return a note on a level beyond memory, else None; raise ValueError for one of the first two."""
         needed = float(sum(memory_of_box(self.cells(level))))
-        beyond = beyond_memory(needed)
-        if not beyond:
+        if not (beyond := beyond_memory(needed)):
             return None
         if level > 1:
             return Note.of(NoteKind.MESH_TOO_LARGE, needed=needed, limit=MEMORY.get() * GIB)
@@ -182,24 +185,38 @@ class Levels:
         return min(1.0, self.share * (1.0 + self.opens * max(sink, 0.0) ** 2) ** 2)
 
     def early(self, values: Sequence[Array], along: Mask, *, pressed: bool, sunk: Sequence[float] = (0, 0)) -> Limit:
-        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel.
-
-        What two levels that differ at the edges alone do not show counts as much as what they do.
-        """
+        """Return the limit of a loaded target's values on two levels; `along`: where terms may cancel."""
         found = extrapolated(values, self.terms[:2], pressed=pressed, early=np.where(along, EARLY, self.sideways))
-        if self.edges_alone:
+        if self.edges_alone:  # what they do not show counts as much as what they do
             found.parts[1] = values[1] - values[0]
             found = found._replace(error=found.error + np.abs(found.parts[1]))
         if pressed or self.least == 0.0:
             return found
         middle, edge = 1.0 + self._opened(sunk)
-        least = self.least * self.terms[1, 0] * edge / middle * np.abs(found.value)
+        slow = np.where(along | (not self.flush), 1.0, self.sideways / EARLY)
+        least = self.least * slow * self.terms[1, 0] * edge / middle * np.abs(found.value)
         return found._replace(error=np.maximum(found.error, least))
 
     def creased(self, states: tuple[State, State]) -> bool:
-        """Whether rims in space crease so that a third level would not rest, or late: J falls there by one factor."""
+        """Whether rims of a third level in space crease: J falls by one factor, ln J of flush corners grows by one."""
         first, second = (state.min_J for state in states)
-        return len(self.fine.mesh.axes) == 3 and second**2 < _CREASED * first
+        return len(self.fine.mesh.axes) == 3 and (self.corner(states) > _FOLDS or second**2 < _CREASED * first)
+
+    def corner(self, states: tuple[State, State]) -> float:
+        """Return x, -ln J foreseen on a third level at the corners of a flush pad that touches nothing; else 0."""
+        first, second = (max(0.0, -float(np.log(state.min_J))) for state in states)
+        return second * second / (first or 1.0) if self.flush and not self.fine.parts else 0.0
+
+    def folding(self, states: tuple[State, State]) -> Levels:
+        """Return the family by the order that its corners show under a load."""
+        folds = float(np.interp(self.corner(states), _SLOWS, (0.0, 1.0)))
+        if folds == 0.0:
+            return self
+        found, terms = copy(self), self.terms ** [1.0 - folds * (1.0 - _SLOWED), 1.0]
+        was, now = (each[1, 0] / (each[0, 0] - each[1, 0]) for each in (self.terms, terms))
+        opens, share, sideways = (1.0 - folds) * self.opens, max(self.share, folds), self.sideways * was / now
+        found.__dict__.update(terms=terms, opens=opens, share=share, sideways=sideways)
+        return found
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
         """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.

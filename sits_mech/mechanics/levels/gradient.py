@@ -32,10 +32,11 @@ from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
+from numpy.linalg import solve
 
 from sits_mech.mechanics.element.kernel import element_forces, small_strain_forces
 from sits_mech.mechanics.element.target import all_six, bonded_tangent, moved, work_of_load
-from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, unpack_state
+from sits_mech.mechanics.equilibrium.body import Bonded, State, rest, smallest_volume, unpack_state
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.mechanics.equilibrium.elimination import eliminated
 from sits_mech.mechanics.equilibrium.linearisation import (
@@ -153,15 +154,16 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
     by_load, by_each = [], []
     for number in range(family.count):
         level = _linearised(family, number, found)
-        if level is None and number > 1:
-            break
         if level is None:
+            if number > 1:
+                break
             raise SolveFailed("gradient: the target has no stiffness under this load", found.report, found)
         turns = np.eye(6)  # from increments (dc, dw) to those of the motion's components
         turns[np.ix_(_TURN, _TURN)] = vector_rates(all_six(level.q)[_TURN])
         by_load.append(turns @ _by_load(level))
         by_each.append(turns @ _by_each(family, number, found, level, stencils))
         levels.append(level._replace(B=level.B[:0]))
+    family = replace(family, levels=family.levels.folding((levels[0].state, levels[1].state)))
     scales, beyond = family.scales(family.sensor), _beyond(family, found, levels)
     compliance = _limit(family, levels, by_load, scales.lengths[:, None] / scales.loads, beyond)
     pose, error = _limit(family, levels, by_each, scales.lengths[:, None], beyond)
@@ -189,7 +191,8 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
     else:
         here = unpack_state(body, family.states[number], load)
         body = body.near(here.u)
-        here = replace(here, p=element_forces(body.mesh, body.laws, here.u).pressure)
+        least = smallest_volume(body, here.u, everywhere=True)
+        here = replace(here, p=element_forces(body.mesh, body.laws, here.u).pressure, min_J=least)
     factor = factored(body, here, residuals_of(body, here))
     if factor is None:
         return None
@@ -203,9 +206,7 @@ def _linearised(family: Family, number: int, found: Equilibrium) -> _Level | Non
         return None
     if family.small:
         given = work_of_load(load, body.height, np.zeros(6))[:k] - factor.side.T @ factor.step
-        here = replace(
-            here, q=np.asarray(np.linalg.solve(S, given - residuals_of(body, here).target), dtype=np.float64)
-        )
+        here = replace(here, q=np.asarray(solve(S, given - residuals_of(body, here).target), dtype=float))
         here.u[body.free] = B @ here.q + factor.step
     return _Level(body, here, load, B, S, hidden, family.small)
 
@@ -257,11 +258,11 @@ def _by_load(level: _Level) -> Array:
     if level.body.mesh.hoop and level.hidden is not None:
         found[1, 1], other = work[1, 1] / level.S[1, 1], np.array([[1.0, -1.0], [-1.0, 1.0]])
         for own, S in (([3, 4], level.hidden), ([0, 2], other * level.hidden)):  # alpha_x against alpha
-            found[np.ix_(own, own)] = np.linalg.solve(S, work[np.ix_(own, own)])
+            found[np.ix_(own, own)] = solve(S, work[np.ix_(own, own)])
         return found
-    found[:k, :k] = np.linalg.solve(level.S, work[:k, :k])
+    found[:k, :k] = solve(level.S, work[:k, :k])
     if level.hidden is not None:
-        found[k:, k:] = np.linalg.solve(level.hidden, work[k:, k:])
+        found[k:, k:] = solve(level.hidden, work[k:, k:])
     return found
 
 
@@ -276,7 +277,7 @@ def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, ste
             if body is None:
                 raise SceneError("gradient: a finer mesh has other cells beside this scene; change the sizes a little")
             work = work + weight * level.work(body, family.scales(sensor).load(found.wrench)[:k])
-        increments[:k, column] = -np.linalg.solve(level.S, work)
+        increments[:k, column] = -solve(level.S, work)
     return increments
 
 
@@ -286,9 +287,8 @@ def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStenc
     q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
     slopes = np.zeros((6, len(stencils)))
     for column, stencil in enumerate(stencils):
-        slopes[:, column] = stencil.own * scales.pose(q).components
-        for sensor, _, weight in stencil.places:
-            slopes[:, column] += weight * family.scales(sensor).pose(q).components
+        moved = (weight * family.scales(sensor).pose(q).components for sensor, _, weight in stencil.places)
+        slopes[:, column] = stencil.own * scales.pose(q).components + sum(moved)
     return slopes
 
 

@@ -121,10 +121,7 @@ def _by_families(line: Line, numbers: Sequence[int], start: Equilibrium | None, 
 def _on(
     line: Line, numbers: Sequence[int], start: Equilibrium | None, control: Control, last: float = _SMALLEST[1]
 ) -> Pair:
-    """Return the rest on the first family that gets there, or else what the farthest one carries.
-
-    `last`: smallest increment on the last of them.
-    """
+    """Return the rest on the first family that gets there, else the farthest; `last`: least increment on the last."""
     looks: dict[int, Outcome] = {}
     tried: list[Pair] = []
     for number in numbers:
@@ -215,9 +212,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
 
 
-def finished(
-    line: Line, control: Control, solved: Solved, word: str, tolerance: float | None
-) -> Equilibrium:
+def finished(line: Line, control: Control, solved: Solved, word: str, tolerance: float | None) -> Equilibrium:
     """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
 
     With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.

@@ -27,9 +27,7 @@ def given_words(given: Mapping[str, Any]) -> str:
     return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])
 
 
-def carried_note(
-    carried: tuple[Wrench, Wrench], limit: tuple[float, float], kind: NoteKind = NoteKind.CARRIED
-) -> Note:
+def carried_note(carried: tuple[Wrench, Wrench], limit: tuple[float, float], kind: NoteKind = NoteKind.CARRIED) -> Note:
     """Return the note on a largest load and its error, and on the share of what was asked with its error."""
     load, error = (vars(each) for each in carried)
     errors = {f"error_{name}": value for name, value in error.items()}

@@ -132,11 +132,27 @@ def test_two_levels_own_to_terms_that_cancel(width, factor):
     np.testing.assert_allclose(alike.error, 0.03 * levels.terms[1, 0] * np.abs(LIMIT))
 
 
+def at_least(*each):
+    """States of the first two levels whose J is at least so much."""
+    return tuple(replace(rest(family("box").coarse), min_J=J) for J in each)
+
+
 def test_rims_that_crease_take_no_third_level():
-    """J that falls from 0.6 to 0.32 is foreseen at 0.17; from 0.84 to 0.45 at 0.24."""
-    levels, start = family("box"), rest(family("box").coarse)
-    steps = [tuple(replace(start, min_J=J) for J in pair) for pair in ((0.6, 0.32), (0.84, 0.45), (1.0, 1.0))]
-    assert [levels.creased(pair) for pair in steps] == [True, False, False]
+    """J that falls from 0.6 to 0.32 is foreseen at 0.17; from 0.84 to 0.45 at 0.24, at a flush corner at 0.03."""
+    found = [family("box").creased(at_least(*pair)) for pair in ((0.6, 0.32), (0.84, 0.45), (1.0, 1.0))]
+    assert found == [True, False, False] and pad_family(scene(20.0))[0].creased(at_least(0.84, 0.45))
+
+
+@pytest.mark.parametrize(("x", "order"), [(0.2, 1.189), (0.375, 0.97), (0.9, 0.75)])
+def test_corners_of_a_flush_pad_that_fold_converge_more_slowly(x, order):
+    """As h^0.75 from x = (ln J_2)^2/-ln J_1 = 0.5 on, as without load to 0.25; not the edges in a face."""
+    levels, inside = (pad_family(scene(width))[0] for width in (20.0, 15.0))
+    states = at_least(*np.exp([-1.0, -(x**0.5)]))
+    values, none = list(LIMIT + levels.terms[:2, :1] ** (order / 1.1892) * FIRST), LIMIT > np.inf
+    found, plain = (each.early(values, none, pressed=False) for each in (levels.folding(states), levels))
+    np.testing.assert_allclose(found.value, LIMIT, rtol=1e-3)
+    np.testing.assert_allclose(found.error, plain.error, rtol=0.02)
+    assert inside.folding(states) is inside
 
 
 def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
