@@ -134,7 +134,7 @@ def law_notes(sensor: Sensor, each: Sequence[float]) -> tuple[Note, ...]:
 def extrapolated_equilibrium(
     line: Line, number: int, control: Control, states: tuple[State, State], walk: Iterator[Outcome] | None = None
 ) -> Equilibrium:
-    """Extrapolate the equilibrium and its errors from two levels at rest and the finer needed, by default `later_rests`.
+    """Extrapolate the equilibrium and its errors from two levels at rest and finer ones, by default `later_rests`.
 
     The state of the answer begins with the family's `number`.
     """
