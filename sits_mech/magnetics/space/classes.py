@@ -168,14 +168,14 @@ def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex
 
 
 def driven(problem: Problem, driving: Array) -> Complex:
-    """Return fluxes of coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
+    """Return fluxes of coils in one class, from their A in its images (3, g, 2, n, c); (c, unknowns)."""
     pairs, weights, _ = problem.parts
-    B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
+    found: Any = 0.0
     for a in range(3):
         some = [k for k, pair in enumerate(pairs) if pair[0] == a]
-        for k, P in zip(some, mixed(weights[some], driving[..., a, :]) if some else (), strict=True):
-            B += (problem.transposed[pairs[k][1]] @ P).T
-    return np.asarray(B)
+        for k, P in zip(some, mixed(weights[some], driving[a]) if some else (), strict=True):
+            found = found + problem.transposed[pairs[k][1]] @ P
+    return np.asarray(found.T)
 
 
 def image_moments(problem: Problem, ways: Sequence[Complex]) -> Complex:

@@ -48,6 +48,16 @@ class _Class:
     seen: Any  # what combinations of other fields and coils at rest induce in it (m, reduced)
     columns: Integers  # which of all those are these
 
+    def induced(self, driving: Array, mirrored: bool) -> Any:
+        """Return what A in its images (3, g, 2, n, c) induces, (c, reduced); `mirrored` as of `Posed`.
+
+        Of what is mirrored but for the way of the coils' current, currents that are so drive nothing.
+        """
+        plan = self.problem.plan
+        if mirrored and plan.tensor is not None and self.problem.character[2] == 1.0:
+            return np.zeros((driving.shape[-1], len(self.unit)))
+        return self.reduced.induced(driven(self.problem, driving) * self.unit)
+
     def admittance(self, omega: float) -> Complex:
         """Return Y of what it sees besides coils in poses; omega [rad/s]."""
         return self.reduced.reaction(self.seen, omega)
@@ -227,14 +237,15 @@ def _reactions(
     n, shown, field = len(seen.coils), _shown(divisions), list[Complex]()
     plans = {id(plate.cells.plan): plate for plate in divisions}
     results = np.zeros((len(divisions), len(seen.places), n, n + divisions[0].seen), dtype=complex)
-    step = max(1, HELD // (3 * _most_points(plans.values(), seen) * n))
+    _check_straight(plans.values(), seen)
+    step = max(1, HELD // (n * max(plate.cells.numbers for plate in divisions)))
     for first in range(0, len(seen.places), step):
         some = slice(first, first + step)
         own = seen.some(some)
         along = {plan: plate.cells.along(own) for plan, plate in plans.items()}
         for plate, result in zip(divisions, results, strict=True):
             driving = plate.cells.means(along[id(plate.cells.plan)])
-            induced = [part.reduced.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
+            induced = [part.induced(driving, own.mirrored) for part in plate.classes]
             result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
             if plate is shown and asked is not None:
                 moments = np.asarray(sum(map(_Class.cell_moments, plate.classes, induced, repeat(omega))))
@@ -260,11 +271,10 @@ def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, 
         check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
-def _most_points(plates: Collection[Near], seen: Posed) -> int:
-    """Return the most points of plates' plans; refuse coils of straight tracks whose field there takes too long."""
-    points = [plate.cells.points[0].size // 3 for plate in plates]
-    check_straight(seen.coils, seen.windings, next(iter(plates)).cells.box.clearance, sum(points))
-    return max(points)
+def _check_straight(plates: Collection[Near], seen: Posed) -> None:
+    """Refuse coils of straight tracks whose field at the points of plates' plans takes too long."""
+    points = sum(plate.cells.points[0].size // 3 for plate in plates)
+    check_straight(seen.coils, seen.windings, next(iter(plates)).cells.box.clearance, points)
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:
