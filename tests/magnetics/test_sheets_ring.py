@@ -9,8 +9,8 @@ from sits_mech.geometry.sheet_plan import Grading, disc_plan
 from sits_mech.magnetics.axis_fem import axisymmetric_fem
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.classes import stacked
+from sits_mech.magnetics.space.fields import gauss_points
 from sits_mech.magnetics.space.loops import plan_sums
-from sits_mech.magnetics.space.prisms import gauss_points
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.scene.parts.outlines import signed_area
 from sits_mech.scene.sensor import SceneError, Sensor, sensor_from

@@ -19,8 +19,9 @@ from scipy.linalg import hadamard
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.space.boxes import box_means
+from sits_mech.magnetics.space.fields import Prisms
 from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means, prism_seconds
+from sits_mech.magnetics.space.prisms import FEW, MANY, prism_means, prism_seconds
 from sits_mech.quantities import Array, Complex
 
 
@@ -47,6 +48,13 @@ class Problem:
     def transposed(self) -> list[Any]:
         """The moments' transposes, which take A to fluxes."""
         return [m.T.tocsr() for m in self.parts[2]]
+
+    @cached_property
+    def losses(self) -> Any:
+        """R times the conductivity, sparse; real if the character is."""
+        weighted = [(m.T.conj().multiply(1.0 / self.loops.volume)) @ m for m in self.parts[2]]
+        uneven = self.loops.uneven if np.iscomplexobj(self.parts[1]) else self.loops.uneven.real
+        return (sum(weighted) + uneven.conj().T @ uneven) * self.parts[1].shape[1]
 
     def factors(self) -> Complex:
         """Return the factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
@@ -151,10 +159,7 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
 
 def resistances(problem: Problem, conductivity: float) -> Complex:
     """Return R of one class, as `matrices`."""
-    loops, (_, weights, moments) = problem.loops, problem.parts
-    weighted = [(m.T.conj().multiply(1.0 / loops.volume)) @ m for m in moments]
-    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
-    return np.asarray((sum(weighted) + uneven.conj().T @ uneven).toarray() * (weights.shape[1] / conductivity))
+    return np.asarray(problem.losses.toarray() / conductivity)
 
 
 def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:

@@ -24,7 +24,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import AtFrequency, Factored, Reduced, factored, reduced, seen_currents, solved_currents
-from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, problems, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
@@ -172,7 +172,8 @@ def prepare_near(
     alike = first_alike(divisions)
     _check_at_rest(sources, divisions)
     for division, first in zip(divisions, alike, strict=True):
-        each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
+        classes = problems(*division, metal[1])
+        each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
         new = {key: _reduced(problem, own, B, highest, (sources, omega)) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
@@ -237,8 +238,7 @@ def _reactions(
     n, shown, field = len(seen.coils), _shown(divisions), list[Complex]()
     plans = {id(plate.cells.plan): plate for plate in divisions}
     results = np.zeros((len(divisions), len(seen.places), n, n + divisions[0].seen), dtype=complex)
-    _check_straight(plans.values(), seen)
-    step = max(1, HELD // (n * max(plate.cells.numbers for plate in divisions)))
+    step = _at_once(divisions, plans.values(), seen)
     for first in range(0, len(seen.places), step):
         some = slice(first, first + step)
         own = seen.some(some)
@@ -271,10 +271,11 @@ def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, 
         check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
-def _check_straight(plates: Collection[Near], seen: Posed) -> None:
-    """Refuse coils of straight tracks whose field at the points of plates' plans takes too long."""
+def _at_once(divisions: Sequence[Near], plates: Collection[Near], seen: Posed) -> int:
+    """Return how many poses are taken at once; refuse straight tracks whose field at all plans' points takes long."""
     points = sum(plate.cells.points[0].size // 3 for plate in plates)
-    check_straight(seen.coils, seen.windings, next(iter(plates)).cells.box.clearance, points)
+    check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
+    return max(1, HELD // (len(seen.coils) * max(plate.cells.numbers for plate in divisions)))
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:

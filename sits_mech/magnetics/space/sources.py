@@ -14,7 +14,6 @@ by cubic splines; spirals, and rings over a plate at an angle, are summed at eve
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,17 +22,21 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, ring_profile, winding_potential
-from sits_mech.magnetics.space.fields import HELD, Box, chebyshev_points, chebyshev_values, to_coefficients
+from sits_mech.magnetics.coils.ring_field import STEP, level_potential, winding_potential
+from sits_mech.magnetics.space.fields import (
+    HELD,
+    Box,
+    Prisms,
+    chebyshev_points,
+    chebyshev_values,
+    gauss_points,
+    to_coefficients,
+)
 from sits_mech.magnetics.space.lift import Lift
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.memory import latest
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-_NODES = 64  # of a profile, or a multiple: one serves many places
 _MOST = 5  # Gauss points along an axis
-_FEW = 16  # points of one height, with fewer of which there is no profile
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
 
@@ -88,7 +91,7 @@ class Sources:
         world = points if level else points @ turn.T
         for k, (kind, coil) in enumerate(zip(which, self.coils, strict=True)):
             placed = world + self.place - np.array((*coil.centre, 0.0))
-            A[..., k] = _around(kinds[kind], self.windings, placed, self.distance)
+            A[..., k] = level_potential(kinds[kind], self.windings, placed, self.distance)
         return A if level else np.einsum("ji,mjc->mic", turn, A)
 
 
@@ -227,31 +230,6 @@ class PlateCells:
 def _count(sides: Array, away: Array | float) -> Integers:
     """Return how many Gauss points along an axis cells of some sides take, a way off the windings."""
     return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
-
-
-def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
-    """Return A of a coil about z at points, shape (m, 3)."""
-    from scipy.interpolate import CubicSpline
-
-    if windings != "rings" or not coil.is_round:
-        return coil_potential(coil, points, distance, windings)
-    heights, level = np.unique(points[:, 2], return_inverse=True)
-    if _FEW * heights.size > len(points):
-        return coil_potential(coil, points, distance)
-    axis, P = Radial(coil, distance), np.empty(len(points))
-    steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
-    rim, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
-    nodes, values = _profiles(axis, tuple(heights.tolist()), rim if steps.min() > rim else 0, last)
-    for k, row in enumerate(values):
-        P[level == k] = CubicSpline(nodes, row)(steps[level == k])
-    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
-
-
-@latest(16)
-def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -> tuple[Integers, Array]:
-    """Return steps from a coil's axis, and P of its rings there on some heights [m], (heights, steps)."""
-    nodes = np.arange(first, last)
-    return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
 def farthest_winding(coils: Sequence[Coil], seen: Sources | None) -> float:

@@ -13,12 +13,10 @@ from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space import sources
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.fields import Box, chebyshev_points
+from sits_mech.magnetics.space.fields import Box, Prisms, chebyshev_points, gauss_points
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.magnetics.space.sources import PlateCells, Posed, Sources
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Pose
@@ -49,7 +47,7 @@ def test_equal_coils_share_one_profile(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nine of them, and all Gauss points of a division that are as high."""
     coil, asked = COILS[0], list[int]()
     coils = tuple(coil.model_copy(update={"centre": (x * MM, y * MM)}) for x in (-9, 0, 9) for y in (-9, 0, 9))
-    monkeypatch.setattr(sources, "ring_profile", lambda *given: asked.append(1) or ring_profile(*given))
+    monkeypatch.setattr(ring_field, "ring_profile", lambda *given: asked.append(1) or ring_profile(*given))
     plates = replace(BEHIND, coils=coils, distance=0.61 * MM)
     for shift in (0.0, 0.3):
         x, y = (part.ravel() + shift for part in np.meshgrid(np.arange(-12, 13), np.arange(-12, 13)))
