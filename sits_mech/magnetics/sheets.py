@@ -52,7 +52,8 @@ from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, 
 from sits_mech.magnetics.space.plates import (
     Divided,
     PlateRequest,
-    around_hole,
+    around_holes,
+    check_around,
     divided_plate,
     holed,
     saturation_notes,
@@ -70,7 +71,6 @@ from sits_mech.units import millimetres as mm
 
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors (geometric mean), added to that of their mutual terms: benchmarks/extremes.py
-_AROUND = 0.5  # of what current around permeable rings' holes adds to R (`around_hole`) is not known
 _MISSED = (0.25, 0.25), (0.04, 0.02)  # of a bound, by polynomials, in R and L: 0.33 seen; of what plates radiate
 
 
@@ -235,24 +235,12 @@ class Sheets:
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
         value, left = forms[0], limit.errors(forms)
         error, lost = _errors(value, left, plates, bool(sensor.conductors))
-        around = self._around(parts, seen, gap, frequency[0])
-        if np.any(_AROUND * np.abs(around) > self.tolerance * largest(np.abs(value))):
-            most = np.max(np.abs(around) / largest(np.abs(value)))
-            must = f"sheets: current around the hole of a permeable part must be within {self.tolerance:g} of Delta Z"
-            raise SceneError(f"{must}; its losses are {most:.2g} of it, half of them not known")
-        value, error = value + around, error + _AROUND * np.abs(around)
+        around, unsure = around_holes(parts, seen, gap, 2 * np.pi * frequency[0])
+        check_around(unsure / largest(np.abs(value)), self.tolerance)
+        value, error = value + around, error + unsure
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         in_tracks = 2 * [0.0 * value] if uneven is None else uneven
         return _Change(np.stack([value, error, left, lost * value, *in_tracks]), unknowns, tuple(notes))
-
-    def _around(self, parts: Sequence[PlacedPlate], seen: Posed, clearance: float, frequency: float) -> Array:
-        """Return what current around the holes of permeable rings adds to R, (p, n, n) [ohm]."""
-        found: Any = np.zeros((1, len(seen.coils), len(seen.coils)))
-        for part in parts:
-            if part.susceptibility != 0.0 and part.plate.shape == "ring":
-                own = replace(seen, turns=part.turns, places=part.places, lift=None)
-                found = found + around_hole(part.plate, own, clearance, 2 * np.pi * frequency)
-        return np.asarray(found)
 
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float
@@ -271,8 +259,7 @@ def sheets(sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = No
 
     `windings` are "rings" or "spiral", the scene's by default. SceneError if this model cannot represent the scene.
     """
-    refusal = not_representable(sensor)
-    if refusal:
+    if refusal := not_representable(sensor):
         raise SceneError(str(refusal))
     if windings is None:
         windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")

@@ -140,8 +140,8 @@ def _images(plan: CellPlan, prisms: Prisms) -> Prisms:
     return Prisms(corners.reshape(-1, 4, 2), low, high)
 
 
-def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
-    """Return L and R of one class; real if its character is."""
+def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
+    """Return L and R of one class on unknowns of like resistance, real if its character is, and the unit of each."""
     loops = problem.loops
     pairs, weights, _ = problem.parts
     back = [m.conj() for m in problem.transposed]
@@ -154,17 +154,7 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
         turned += problem.transposed[b] @ ((sign * back[a]) @ G).T
     L = turned.T + turned.conj()
     L *= weights.shape[1] * mu_0 / (8 * np.pi)
-    return L, resistances(problem, conductivity)
-
-
-def resistances(problem: Problem, conductivity: float) -> Complex:
-    """Return R of one class, as `matrices`."""
-    return np.asarray(problem.losses.toarray() / conductivity)
-
-
-def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
-    """Return L and R of one class on unknowns of like resistance, and the unit of each."""
-    L, R = matrices(problem, means, conductivity)
+    R = problem.losses.toarray() / conductivity
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     for matrix in (L, R):
         matrix *= unit[:, None]

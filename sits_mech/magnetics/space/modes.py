@@ -42,7 +42,6 @@ from sits_mech.magnetics.space.classes import (
     kernel,
     mixed,
     problems,
-    resistances,
     scaled,
     stacked,
 )
@@ -151,7 +150,8 @@ def shared_bases(
         seen, sees = [], np.zeros(scale.size, dtype=bool)
         for problem, fields in each:
             rows, B = _fluxes(problem, _mixed_means(problem, fields))
-            part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
+            R = problem.losses.toarray() / metal[0]
+            part = _resisted(R, B * scale[rows, None], problem.weight)
             seen.append(np.zeros((scale.size, part.shape[1])))
             seen[-1][rows], sees[rows] = part, True
         rows = np.flatnonzero(sees)

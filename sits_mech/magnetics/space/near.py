@@ -170,7 +170,7 @@ def prepare_near(
     found: list[dict[_Key, Any]] = []
     bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
-    _check_at_rest(sources, divisions)
+    _check_at_rest(sources, [divisions[k] for k in set(alike)])
     for division, first in zip(divisions, alike, strict=True):
         classes = problems(*division, metal[1])
         each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
@@ -264,10 +264,10 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
     return result
 
 
-def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, Array]]) -> None:
+def _check_at_rest(sources: Sources | None, different: Sequence[tuple[CellPlan, Array]]) -> None:
     """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
     if sources is not None:
-        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(first_alike(divisions)))
+        points = sum(sources.points(plan, stacked(plan, levels)) for plan, levels in different)
         check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
@@ -275,7 +275,8 @@ def _at_once(divisions: Sequence[Near], plates: Collection[Near], seen: Posed) -
     """Return how many poses are taken at once; refuse straight tracks whose field at all plans' points takes long."""
     points = sum(plate.cells.points[0].size // 3 for plate in plates)
     check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
-    return max(1, HELD // (len(seen.coils) * max(plate.cells.numbers for plate in divisions)))
+    most = max(plate.cells.plan.cells.size * len(plate.cells.plan.group) * plate.sheets for plate in divisions)
+    return max(1, HELD // (2 * len(seen.coils) * most))
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:

@@ -148,11 +148,6 @@ class PlateCells:
         x, y = self.plan.nodes[self.plan.cells].T
         return float(np.sqrt(np.abs((x[2] - x[0]) * (y[3] - y[1]) - (x[3] - x[1]) * (y[2] - y[0])).max() / 2))
 
-    @property
-    def numbers(self) -> int:
-        """How many `along` and `means` take, of a coil in a pose."""
-        return 3 * len(self.plan.group) * len(self.plan.cells) * (self.box.order[2] + 2 * (self.levels.size - 1))
-
     @cached_property
     def points(self) -> tuple[Array, Array, Integers]:
         """Return points (g, q, 3) of the cells' images on the polynomials' heights, weights (q,), first ones (n k,).
