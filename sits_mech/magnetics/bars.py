@@ -106,8 +106,7 @@ class PlanarBars:
 
 def planar_bars(sensor: Sensor, tolerance: float = 1e-3) -> PlanarBars:
     """Return the planar integral model of a sensor, to a relative error of the change of L; SceneError if none."""
-    refusal = not_representable(sensor)
-    if refusal:
+    if refusal := not_representable(sensor):
         raise SceneError(str(refusal))
     return PlanarBars(sensor, checked_tolerance(tolerance))
 
@@ -250,7 +249,9 @@ def _coupled(plate: PreparedPlate, source: Filaments, pose: Pose, frequency: flo
         Yc = c @ Y
         change = Yc @ c.transpose(0, 2, 1)
         if U is not None:
-            change = change - _image_reaction(Y, Yc, U, omega)
+            UY, gU = U @ Y, Yc @ U.transpose(0, 2, 1)  # D = -mu0 / 2 pi
+            core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
+            change = change - gU @ np.linalg.solve(core, gU.transpose(0, 2, 1))
         found.append((change + change.transpose(0, 2, 1)) / 2)
     return found[0], found[1]
 
@@ -266,11 +267,3 @@ def _circle_rows(pose: Pose, plate: PreparedPlate, radius: float) -> Array:
     terms = math.ceil(math.log(1e-9) / (2 * math.log(reach / radius)))
     scale = 1.0 / np.sqrt(np.tile(np.arange(1, terms + 1), 2))[:, None]
     return circle_samples(pose, plate.thickness, plate.nodes, radius, terms) * scale
-
-
-def _image_reaction(Y: Complex, Yc: Complex, U: Array, omega: float) -> Complex:
-    """Return the Woodbury term of the module docstring, with D = -mu0 / 2 pi."""
-    UY = U @ Y
-    core = UY @ U.transpose(0, 2, 1) - 1j * omega * (-2 * np.pi / mu_0) * np.eye(U.shape[1])
-    gU = Yc @ U.transpose(0, 2, 1)
-    return gU @ np.linalg.solve(core, gU.transpose(0, 2, 1))

@@ -61,7 +61,7 @@ def pose_slopes(
     whole = None if known is None else known.impedance
     stencil, coarse = (FIRST, _coarse(model)) if quick else (stencil, None)
     places, steps = _moved(sensor, pose, components, stencil, _QUICK if quick else 1.0)
-    bare = coarse or _steady(_answering(model), pose)
+    bare = coarse or _steady(inner_model(model, (Tracked,)), pose)
     near = bare.impedance(Pose.of(places), frequency)
     if whole is None:
         found = near if bare is model else model.impedance(Pose.of(places[:1]), frequency)
@@ -127,16 +127,9 @@ def solver_of(model: Any) -> Any:
     return model
 
 
-def inner_model(model: Any) -> Any:
-    """Return the model that another adds errors to; itself, if it adds none."""
-    while hasattr(model, "model"):
-        model = model.model
-    return model
-
-
-def _answering(model: Any) -> Any:
-    """Return the model of a scene's values, with those of its tracks, without errors that are added."""
-    while hasattr(model, "model") and not isinstance(model, Tracked):
+def inner_model(model: Any, kept: tuple[type, ...] = ()) -> Any:
+    """Return the model that another adds errors to; itself, if it adds none, or is of a kind that is kept."""
+    while hasattr(model, "model") and not isinstance(model, kept):
         model = model.model
     return model
 

@@ -49,7 +49,16 @@ from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.space.far import FieldRequest as Field
 from sits_mech.magnetics.space.lift import Lift
 from sits_mech.magnetics.space.neighbours import SpacePlate, coupled_reactions, field_of_all
-from sits_mech.magnetics.space.plates import Divided, PlateRequest, divided_plate, holed, saturation_notes, target_room
+from sits_mech.magnetics.space.plates import (
+    Divided,
+    PlateRequest,
+    around_holes,
+    check_around,
+    divided_plate,
+    holed,
+    saturation_notes,
+    target_room,
+)
 from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.notes import Note, NoteKind
@@ -226,6 +235,9 @@ class Sheets:
             forms, uneven = alone[0].reactions(alone, seen, frequency[0], limit, asked)
         value, left = forms[0], limit.errors(forms)
         error, lost = _errors(value, left, plates, bool(sensor.conductors))
+        around, unsure = around_holes(parts, seen, gap, 2 * np.pi * frequency[0])
+        check_around(unsure / largest(np.abs(value)), self.tolerance)
+        value, error = value + around, error + unsure
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         in_tracks = 2 * [0.0 * value] if uneven is None else uneven
         return _Change(np.stack([value, error, left, lost * value, *in_tracks]), unknowns, tuple(notes))
@@ -247,8 +259,7 @@ def sheets(sensor: Sensor, tolerance: float = 5e-3, *, windings: str | None = No
 
     `windings` are "rings" or "spiral", the scene's by default. SceneError if this model cannot represent the scene.
     """
-    refusal = not_representable(sensor)
-    if refusal:
+    if refusal := not_representable(sensor):
         raise SceneError(str(refusal))
     if windings is None:
         windings = next((coil.winding for coil in sensor.coils if coil.is_round), "rings")

@@ -20,8 +20,9 @@ from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space.boxes import box_means
 from sits_mech.magnetics.space.classes import problems, stacked
+from sits_mech.magnetics.space.fields import Prisms, gauss_points
 from sits_mech.magnetics.space.loops import plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, base_potential, gauss_points, prism_means
+from sits_mech.magnetics.space.prisms import base_potential, prism_means
 from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung
 from sits_mech.quantities import Pose
 from sits_mech.scene.parts.outlines import read_loops, signed_area

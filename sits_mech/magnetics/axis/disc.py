@@ -214,8 +214,10 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
     gaps = np.exp((low + high) / 2 + (high - low) / 2 * chebyshev_points(count))
     sources = 1 + 2 * len(problem.places)
     total = [np.zeros((2, sources * count, row.r.size - 1)) for row in rows]
+    a, z = np.reshape(problem.places, (-1, 2)).T[:, :, None]
     for k, weight in _waves(problem):
-        S = np.vstack([source_spectrum(coil_sections(problem.coil), k), _dipoles(problem, k)])
+        dipoles = np.stack([j0(k * a), -j1(k * a)], axis=1) * (k / (2.0 * np.pi)) * np.exp(k * z[:, None])
+        S = np.vstack([source_spectrum(coil_sections(problem.coil), k), dipoles.reshape(-1, k.size)])
         c = (S[:, None] * (weight * mu_0 / 2 * np.exp(-np.outer(gaps, k)))).reshape(sources * count, -1)
         for row, flux in zip(rows, total, strict=True):
             near = problem.thickness / 2 - row.high
@@ -225,13 +227,6 @@ def _fluxes(problem: DiscProblem, rows: list[Row]) -> tuple[Array, Array]:
     transform = to_coefficients(count)
     both = [(transform @ each.reshape(sources, count, -1)).reshape(each.shape) / 2 for each in (below, above)]
     return both[0] + both[1], both[0] - both[1]
-
-
-def _dipoles(problem: DiscProblem, k: Array) -> Array:
-    """Return S of an upright and an outward dipole at each place, (2 places, k) [1/m]."""
-    a, z = np.reshape(problem.places, (-1, 2)).T[:, :, None]
-    both = np.stack([j0(k * a), -j1(k * a)], axis=1) * (k / (2.0 * np.pi)) * np.exp(k * z[:, None])
-    return np.asarray(both.reshape(-1, k.size))
 
 
 def _through(row: Row, k: Array, c: Array, half: float) -> Array:

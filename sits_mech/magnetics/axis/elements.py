@@ -106,14 +106,20 @@ def solve_axis(lines: Lines, discs: Sequence[CoaxialDisc], coil: Coil, omega: fl
     inner = np.arange(z.size, g.size)  # not on the axis
     S = csc_matrix((stiffness + D + _far_boundary(lines, r, z, order))[inner][:, inner])
     load = (stiffness @ g.ravel())[inner]
-    factor = splu(S, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
-    solution = factor.solve(load.astype(complex))
-    solution += factor.solve(load - S @ solution)
-    residual = np.linalg.norm(load - S @ solution) / max(np.linalg.norm(load), np.finfo(float).tiny)
+    solution, residual = refined_solution(S, load.astype(complex))
     u = np.zeros(g.size, dtype=complex)
     u[inner] = solution
     flux = complex(-2 * np.pi / mu_0 * np.dot(g.ravel(), D @ u))
-    return AxisField(r, z, u.reshape(g.shape), g, flux, float(residual), order)
+    return AxisField(r, z, u.reshape(g.shape), g, flux, residual, order)
+
+
+def refined_solution(S: csc_matrix, load: Complex) -> tuple[Complex, float]:
+    """Return the solution of a nearly symmetric system, refined once, and its relative residual."""
+    factor = splu(S, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+    solution = factor.solve(load)
+    solution += factor.solve(load - S @ solution)
+    left = np.linalg.norm(load - S @ solution)
+    return solution, float(left / max(np.linalg.norm(load), np.finfo(float).tiny))
 
 
 @lru_cache(maxsize=16)
@@ -121,23 +127,25 @@ def _rule(order: int) -> tuple[Array, Array, Array, Array]:
     """Return nodes on [-1, 1], and of the Gauss points there weights, shapes (points, nodes) and slopes."""
     nodes = np.concatenate([[-1.0], np.sort(Legendre.basis(order).deriv().roots().real), [1.0]])
     points, weights = np.polynomial.legendre.leggauss(order + _BEYOND)
-    powers = np.polynomial.legendre.legvander(nodes, order)
-    inverse = np.linalg.inv(powers)
-    slopes = np.stack([Legendre.basis(k).deriv()(points) for k in range(order + 1)], axis=1)
-    return nodes, weights, np.polynomial.legendre.legvander(points, order) @ inverse, slopes @ inverse
+    return nodes, weights, *_on_cell(nodes, points)
+
+
+def _on_cell(nodes: Array, at: Array) -> tuple[Array, Array]:
+    """Return the values and the slopes of nodes' shapes at points of [-1, 1], (points, nodes) each."""
+    order, legvander = nodes.size - 1, np.polynomial.legendre.legvander
+    inverse = np.linalg.inv(legvander(nodes, order))
+    slopes = np.stack([Legendre.basis(k).deriv()(at) for k in range(order + 1)], axis=1)
+    return legvander(at, order) @ inverse, slopes @ inverse
 
 
 def _shapes(edges: Array, at: Array, order: int) -> tuple[Array, Array]:
     """Return the values and the slopes of all nodes' shapes at places, (places, nodes) each."""
     cell = np.clip(np.searchsorted(edges, at) - 1, 0, edges.size - 2)
     h = np.diff(edges)[cell]
-    x = 2.0 * (at - edges[cell]) / h - 1.0
-    inverse = np.linalg.inv(np.polynomial.legendre.legvander(_rule(order)[0], order))
-    slopes = np.stack([Legendre.basis(k).deriv()(x) for k in range(order + 1)], axis=1) * (2.0 / h)[:, None]
     found = np.zeros((2, at.size, order * (edges.size - 1) + 1))
     own = np.arange(at.size)[:, None], order * cell[:, None] + np.arange(order + 1)
-    found[0][own] = np.polynomial.legendre.legvander(x, order) @ inverse
-    found[1][own] = slopes @ inverse
+    found[0][own], slopes = _on_cell(_rule(order)[0], 2.0 * (at - edges[cell]) / h - 1.0)
+    found[1][own] = slopes * (2.0 / h)[:, None]
     return found[0], found[1]
 
 

@@ -88,7 +88,10 @@ def divide_axis(discs: Sequence[CoaxialDisc], tracks: Sections, frequency: float
         """Return the largest cells at distances from the axis."""
         size = np.full(r.shape, np.inf)
         for disc, first in zip(discs, firsts, strict=True):
-            own = np.minimum(_NEAR * _to_tracks(disc, tracks, r), _SHARE * disc.radius)
+            radial, half = np.maximum(np.abs(r[:, None] - tracks.radius) - tracks.width / 2, 0.0), tracks.height / 2
+            above = np.maximum(np.maximum(tracks.z - half - disc.top, disc.bottom - tracks.z - half), 0.0)
+            away = np.maximum(np.hypot(radial, above).min(axis=1), _LEAST * disc.radius)
+            own = np.minimum(_NEAR * away, _SHARE * disc.radius)
             size = np.minimum(size, np.where((r >= disc.inner) & (r <= disc.radius), fineness * own, np.inf))
             for rim in disc.rims:
                 size = np.minimum(size, first + fineness * _GROWTH * np.abs(r - rim))
@@ -107,14 +110,6 @@ def divide_axis(discs: Sequence[CoaxialDisc], tracks: Sections, frequency: float
         _joined(np.array([0.0, *rims, far]), across),
         _joined(np.array([middle - far, *faces, middle + far]), along),
     )
-
-
-def _to_tracks(disc: CoaxialDisc, tracks: Sections, r: Array) -> Array:
-    """Return the distance of places on a disc's faces from the nearest track [m]."""
-    radial = np.maximum(np.abs(r[:, None] - tracks.radius) - tracks.width / 2, 0.0)
-    half = tracks.height / 2
-    above = np.maximum(np.maximum(tracks.z - half - disc.top, disc.bottom - tracks.z - half), 0.0)
-    return np.asarray(np.maximum(np.hypot(radial, above).min(axis=1), _LEAST * disc.radius))
 
 
 def _joined(corners: Array, size: Callable[[Array], Array]) -> Array:

@@ -44,7 +44,7 @@ from sits_mech.geometry.windings import Sections, coil_sections
 from sits_mech.magnetics.coils.loops import reduced_mutual
 from sits_mech.magnetics.coils.straight import Potential, track_potential
 from sits_mech.magnetics.section.kernels import gauss_count, gauss_rule
-from sits_mech.memory import beyond_memory, check_seconds
+from sits_mech.memory import beyond_memory, check_seconds, latest
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
@@ -53,6 +53,7 @@ STEP = 0.04
 _RIGHT = 5e-5  # error of a track's field by filaments, of its size; by 3e-4 all cells have L and R 1.6e-4 off
 _STEPLESS = 1e-5  # the same where fewer filaments will do: no step shows in what is interpolated
 _POINT = 9e-8  # s of processor time that a filament of a ring takes at a point
+_NODES, _FEW = 64, 16  # of a profile, or a multiple: one serves many places; points of a height, with fewer none
 _POSES = 30  # whose points of a plate a table may outnumber: as many cost the same without one
 _TRACK = 5e-8  # s that a straight filament does, or a wave across a ring
 _BEND = math.sqrt(8.0 / 9.0)  # by which the cubic is solved: t = _BEND sinh(asinh(sinh(3 s) / _BEND) / 3)
@@ -231,6 +232,31 @@ def _table(axis: Radial, columns: int, rows: int) -> _Table:
         values = ring_profile(axis.coil, own.at(nodes)[:, None], z[some], axis.clearance)
         P[:, some] = CubicSpline(nodes, values, bc_type="clamped")(steps)
     return _Table(axis, spline_filter(P, order=3, mode="mirror"), start)
+
+
+def level_potential(coil: Coil, windings: str, points: Array, distance: float) -> Array:
+    """Return `coil_potential` about z; of rings at many points of few heights by splines of one profile."""
+    from scipy.interpolate import CubicSpline
+
+    if windings != "rings" or not coil.is_round:
+        return coil_potential(coil, points, distance, windings)
+    heights, level = np.unique(points[:, 2], return_inverse=True)
+    if _FEW * heights.size > len(points):
+        return coil_potential(coil, points, distance)
+    axis, P = Radial(coil, distance), np.empty(len(points))
+    steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
+    rim, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
+    nodes, values = _profiles(axis, tuple(heights.tolist()), rim if steps.min() > rim else 0, last)
+    for k, row in enumerate(values):
+        P[level == k] = CubicSpline(nodes, row)(steps[level == k])
+    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
+
+
+@latest(16)
+def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -> tuple[Integers, Array]:
+    """Return steps from a coil's axis, and P of its rings there on some heights [m], (heights, steps)."""
+    nodes = np.arange(first, last)
+    return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
 def source_spectrum(rings: Sections, k: Array) -> Array:

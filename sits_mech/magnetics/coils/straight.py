@@ -148,25 +148,14 @@ def track_potential(tracks: TrackBars, across: tuple[Array, Array], through: tup
 
 @dataclass(frozen=True)
 class _Strand:
-    """Filaments, those of one direction in a row and all one way, and groups of them whose ratios are multiplied.
+    """Filaments, those of one direction in a row and all one way, and groups of them whose ratios are multiplied."""
 
-    Attributes
-    ----------
-    places : ndarray, shape (v, 3)
-        Their ends.
-    start, end, length : ndarray, shape (f,)
-        Which ends; negative lengths of filaments that were turned.
-    first : ndarray, shape (g,)
-        Of each group.
-    ways : ndarray, shape (2, g)
-    """
-
-    places: Array
-    start: Integers
+    places: Array  # (v, 3) their ends
+    start: Integers  # (f,) which ends
     end: Integers
-    length: Array
-    first: Integers
-    ways: Array
+    length: Array  # negative of filaments that were turned
+    first: Integers  # (g,) of each group
+    ways: Array  # (2, g)
 
 
 def _strand(tracks: TrackBars) -> _Strand:

@@ -37,7 +37,7 @@ from sits_mech.geometry.tracks import standing_rings
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.coils.loops import free_inductances
 from sits_mech.magnetics.coils.resistance import TrackResponse, rough_alone, track_response
-from sits_mech.quantities import Array, Complex, Impedance, MagneticModel, Pose, SolveReport
+from sits_mech.quantities import Array, Complex, Impedance, MagneticModel, Pose
 from sits_mech.scene.sensor import Coil, Sensor
 
 _FIELD = 0.015  # error of what metal changes of uneven current: of b by one division, and of filaments
@@ -150,7 +150,8 @@ def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None)
     relative = float(np.max(error.imag, initial=0.0)) / omega / most if most > 0.0 else 0.0
     error_L, error_R = found.error_L + error.imag / omega, found.error_R + error.real
     if found.unit_L != "H":
-        return replace(found, error_L=error_L, error_R=error_R, report=_less_sure(found, relative))
+        report = replace(found.report, estimated_error=found.report.estimated_error + relative)
+        return replace(found, error_L=error_L, error_R=error_R, report=report)
     alone, off = (np.diag([getattr(own, name) for own in tracks.responses]) for name in ("alone", "error"))
     L0, both = found.L0 + alone.imag / omega, alone + more
     error_L0 = off.imag / omega + _mutual_error(tracks, found.L0)
@@ -163,13 +164,8 @@ def with_tracks(tracks: Tracks, found: Impedance, change: Complex | None = None)
     return replace(
         found, L=found.L + both.imag / omega, R=found.R + both.real, L0=L0, error_L=error_L,
         error_R=error_R + off.real, uneven=True, error_L0=error_L0, shared_L=shared,
-        report=_less_sure(found, relative),
+        report=replace(found.report, estimated_error=found.report.estimated_error + relative),
     )
-
-
-def _less_sure(found: Impedance, more: float) -> SolveReport:
-    """Return the report with more estimated error."""
-    return replace(found.report, estimated_error=found.report.estimated_error + more)
 
 
 def _mutual_error(tracks: Tracks, L0: Array) -> Array:

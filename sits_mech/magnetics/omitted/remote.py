@@ -107,13 +107,13 @@ def remote_bounds(
     solved = _solved(sensor, pose)
     if not far:
         return np.zeros((len(solved.middle), 0))
-    gain = _gain(sensor)
+    gain, L = _gain(sensor), max(float(free_inductances((coil,))[0, 0]) for coil in kinds_of(sensor.coils)[0])
     found = (
-        _together(_by_balls(sensor.coils, far, solved), gain) if enough > 0.0
+        _together(_by_balls(sensor.coils, far, solved, L), gain) if enough > 0.0
         else np.full((len(solved.middle), len(far)), np.inf)
     )
     if (close := ~(found.sum(axis=1) <= enough)).any():
-        found[close] = _together(_in_space(sensor.coils, far, solved), gain)[close]
+        found[close] = _together(_in_space(sensor.coils, far, solved, L), gain)[close]
     cut = np.array([cut_width(part) > 0.0 for part in far], dtype=bool)
     if section and cut.any():
         endless = _in_section(sensor, [part for part, is_cut in zip(far, cut, strict=True) if is_cut], solved)
@@ -158,10 +158,9 @@ def _gain(sensor: Sensor) -> float:
     return 2.0 if all(above) or all(below) else math.inf
 
 
-def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
+def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved, L: float) -> _Far:
     """Return far conductors as balls in the largest field that they can be in: the closed forms alone."""
     bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far])
-    L = max(float(free_inductances((coil,))[0, 0]) for coil in kinds_of(coils)[0])
     own = np.array([
         [field_bound(coil, math.dist(at, (*coil.centre, 0.0)) - body.radius) for coil in coils]
         for at, body in zip(middle, bodies, strict=True)
@@ -172,9 +171,8 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) 
     return _Far(own, kappa, _pairs(bodies, middle))
 
 
-def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved) -> _Far:
+def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved, L: float) -> _Far:
     """Return far conductors as ellipsoids and balls."""
-    L = max(float(free_inductances((coil,))[0, 0]) for coil in kinds_of(coils)[0])
     bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]

@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from itertools import product
 
 import numpy as np
 from scipy.constants import mu_0
@@ -35,7 +36,7 @@ from sits_mech.magnetics.answer import Kind, Reaction, answer
 from sits_mech.magnetics.coils.resistance import coils_alone, track_conductivity
 from sits_mech.magnetics.section.kernels import mean_log
 from sits_mech.quantities import Array, Complex, Impedance, Pose
-from sits_mech.scene.sensor import Coil, Sensor
+from sits_mech.scene.sensor import Sensor
 
 _FAR = 20.0  # in the longest side of a bar
 _GAUSS = np.polynomial.legendre.leggauss(3)
@@ -55,17 +56,14 @@ class CoilBars:
 
 def tracks(sensor: Sensor) -> tuple[CoilBars, ...]:
     """Return every coil's bars, on the curved substrate if there is one."""
-    return tuple(_track(coil, sensor.substrate_radius) for coil in sensor.coils)
-
-
-def _track(coil: Coil, substrate_radius: float | None) -> CoilBars:
-    """Return one coil's bars."""
-    bars = coil_bars(coil)
-    if substrate_radius is None:
-        return CoilBars(bars.x + 1j * bars.z, np.zeros_like(bars.x), bars.sign, bars.width, bars.thickness)
-    angle = bars.x / substrate_radius
-    place = 1j * ((substrate_radius + bars.z) * np.exp(-1j * angle) - substrate_radius)
-    return CoilBars(place, angle, bars.sign, bars.width, bars.thickness)
+    found, radius = list[CoilBars](), sensor.substrate_radius
+    for bars in map(coil_bars, sensor.coils):
+        place, angle = bars.x + 1j * bars.z, np.zeros_like(bars.x)
+        if radius is not None:
+            angle = bars.x / radius
+            place = 1j * ((radius + bars.z) * np.exp(-1j * angle) - radius)
+        found.append(CoilBars(place, angle, bars.sign, bars.width, bars.thickness))
+    return tuple(found)
 
 
 def coil_potentials(coils: tuple[CoilBars, ...], points: Complex, radius: float | None = None) -> Array:
@@ -88,9 +86,11 @@ def _bar_logs(coil: CoilBars, k: int, points: Complex, radius: float | None) -> 
 
 def mean_log_at(x: Array, z: Array, width: float, thickness: float) -> Array:
     """Return the mean of ln r between points and a rectangle centred at the origin; shape of x."""
-    result = np.empty(x.shape)
+    result = np.zeros(x.shape)
     far = x * x + z * z > (_FAR * max(width, thickness)) ** 2
-    result[far] = _by_filaments(x[far], z[far], width, thickness)
+    for (s, ws), (q, wq) in product(zip(*_GAUSS, strict=True), repeat=2):  # nine filaments
+        square = (x[far] - s * width / 2) ** 2 + (z[far] - q * thickness / 2) ** 2
+        result[far] += ws * wq / 8 * np.log(square)
     near = ~far
     total = np.zeros(np.count_nonzero(near))
     for side_x in (-1.0, 1.0):
@@ -110,16 +110,6 @@ def _corner(x: Array, z: Array) -> Array:
     return np.asarray(0.5 * np.sign(x) * np.sign(z) * size)
 
 
-def _by_filaments(x: Array, z: Array, width: float, thickness: float) -> Array:
-    """Return the mean ln r by nine Gauss filaments."""
-    nodes, weights = _GAUSS
-    total = np.zeros(x.shape)
-    for s, ws in zip(nodes, weights, strict=True):
-        for q, wq in zip(nodes, weights, strict=True):
-            total += ws * wq / 8 * np.log((x - s * width / 2) ** 2 + (z - q * thickness / 2) ** 2)
-    return total
-
-
 def _linkage(coil: CoilBars, driven: tuple[CoilBars, ...], radius: float | None) -> float:
     """Return the mean potential over each bar of `coil`, summed with signs."""
     nodes, weights = _GAUSS_FINE
@@ -129,13 +119,6 @@ def _linkage(coil: CoilBars, driven: tuple[CoilBars, ...], radius: float | None)
     return float(coil.sign @ (A @ np.outer(weights, weights).ravel() / 4))
 
 
-def section_resistances(coils: tuple[Coil, ...]) -> Array:
-    """Return the direct-current resistance of each coil's tracks in the section, shape (n,) [ohm/m]."""
-    bars = [coil_bars(coil) for coil in coils]
-    sections = [track_conductivity(coil) * own.width * own.thickness for coil, own in zip(coils, bars, strict=True)]
-    return np.array([own.x.size / section for own, section in zip(bars, sections, strict=True)])
-
-
 def section_alone(sensor: Sensor, absolute: bool) -> tuple[Array, Array]:
     """Return inductances and direct-current resistances of the coils without metal, shapes (n, n) and (n,).
 
@@ -143,7 +126,9 @@ def section_alone(sensor: Sensor, absolute: bool) -> tuple[Array, Array]:
     """
     if absolute:
         return coils_alone(sensor.coils)
-    return free_space_inductance(sensor), section_resistances(sensor.coils)
+    sizes = [(track_conductivity(coil), coil_bars(coil)) for coil in sensor.coils]
+    resistances = [bars.x.size / (sigma * bars.width * bars.thickness) for sigma, bars in sizes]
+    return free_space_inductance(sensor), np.array(resistances)
 
 
 def section_answer(

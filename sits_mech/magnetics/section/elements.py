@@ -42,11 +42,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.constants import mu_0
 from scipy.sparse import csc_matrix, csr_matrix, eye_array, hstack, vstack
-from scipy.sparse.linalg import splu
 from skfem import Basis, ElementTriP2, ElementTriP3, FacetBasis, LinearForm
 from skfem.models.poisson import laplace, mass, unit_load
 
 from sits_mech.geometry.plates import PlateSection
+from sits_mech.magnetics.axis.elements import refined_solution
 from sits_mech.magnetics.section.coils import CoilBars, coil_potentials
 from sits_mech.magnetics.section.mesh import DividedPlane
 from sits_mech.quantities import Array, Complex, Integers
@@ -113,20 +113,14 @@ def _open_boundary(basis: Basis, division: DividedPlane, ground: float | None) -
     facets = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundary_facets(), intorder=2 * basis.elem.maxdeg + 2)
     rows, factors = [], []
     for m in range(int(_HARMONICS * len(facets.find)) + 1):
-        factor = _exterior(m, division.radius, ground)
+        q = 0.0 if ground is None else (division.radius / ground) ** (2 * m)
+        alone = 1.0 if ground is None else 1.0 / (2 * np.pi * np.log(ground / division.radius))  # of m = 0
+        factor = m / np.pi * (1 + q) / (1 - q) if m else alone
         for phase in (0.0, np.pi / 2) if m else (0.0,):
             rows.append(_harmonic.assemble(facets, order=float(m), phase=phase, centre=division.centre))
             factors.append(factor)
     C = csr_matrix(np.array(rows))
     return csr_matrix(C.T.multiply(np.array(factors)) @ C)
-
-
-def _exterior(m: int, radius: float, ground: float | None) -> float:
-    """Return the flux per amplitude of one harmonic over the square of its circle integral's norm."""
-    if m == 0:
-        return 1.0 if ground is None else float(1.0 / (2 * np.pi * np.log(ground / radius)))
-    q = 0.0 if ground is None else (radius / ground) ** (2 * m)
-    return float(m / np.pi * (1 + q) / (1 - q))
 
 
 def _solve(
@@ -141,14 +135,9 @@ def _solve(
         columns, rows = csr_matrix(-m * k2[free]), csr_matrix((-m / m.sum(axis=0)).T)
         system = csr_matrix(vstack([hstack([S, columns]), hstack([rows, eye_array(len(free))])]))
         load = np.vstack([load, np.zeros((len(free), f.shape[1]))])
-    factor = splu(
-        csc_matrix(system), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
-    )
-    solution = factor.solve(load)
-    solution += factor.solve(load - system @ solution)
-    residual = np.linalg.norm(load - system @ solution) / max(np.linalg.norm(load), np.finfo(float).tiny)
+    solution, residual = refined_solution(csc_matrix(system), load)
     e[free] = solution[S.shape[0] :]
-    return solution[: S.shape[0]], e, float(residual)
+    return solution[: S.shape[0]], e, residual
 
 
 def element_errors(

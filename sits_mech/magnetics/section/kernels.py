@@ -65,7 +65,10 @@ def _near(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array,
     total = np.zeros(dx.shape)
     for x, sign_x in _corners(dx, first[0], second[0]):
         for z, sign_z in _corners(dz, first[1], second[1]):
-            total += sign_x * sign_z * _antiderivative(x, z)
+            xx, zz, xz, angle = x * x, z * z, x * z, np.arctan2(z, x)  # K of the module docstring for x, z >= 0
+            log = np.log(np.where(xx + zz > 0.0, xx + zz, 1.0))
+            K = (xx * zz / 4 - (xx * xx + zz * zz) / 24) * log + xz / 3 * (xx * angle + zz * (np.pi / 2 - angle))
+            total += 0.5 * sign_x * sign_z * K
     return total / (first[0] * first[1] * second[0] * second[1]) - 25.0 / 12.0
 
 
@@ -73,16 +76,6 @@ def _corners(d: Array, side1: Array, side2: Array) -> list[tuple[Array, float]]:
     """Return distances between the ends of two intervals, with their signs in the second difference."""
     outer, inner = (side1 + side2) / 2, (side1 - side2) / 2
     return [(np.abs(d + outer), 1.0), (np.abs(d + inner), -1.0), (np.abs(d - inner), -1.0), (np.abs(d - outer), 1.0)]
-
-
-def _antiderivative(x: Array, z: Array) -> Array:
-    """Return K of the module docstring for x, z >= 0."""
-    xx, zz, xz = x * x, z * z, x * z
-    square = xx + zz
-    log = np.log(np.where(square > 0.0, square, 1.0))
-    angle = np.arctan2(z, x)
-    polynomial = xx * zz / 4 - (xx * xx + zz * zz) / 24
-    return 0.5 * (polynomial * log + xz / 3 * (xx * angle + zz * (np.pi / 2 - angle)))
 
 
 def _far(dx: Array, dz: Array, first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:

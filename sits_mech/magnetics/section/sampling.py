@@ -72,7 +72,10 @@ def sample_nodes(size: tuple[float, float], clearance: float, terms: float) -> t
     inner = _rectangle(size[0] / 2 - depth, 0.0 if flat else size[1] / 2 - depth, clearance / 1.5)
     density = _charge(inner, outer)
     copies = 2 if flat else 4
-    return _equal_parts(inner, density, int(np.ceil(count / copies))), copies
+    edges, parts = np.concatenate([[0.0], np.cumsum(np.maximum(density, 0.0))]), int(np.ceil(count / copies))
+    wanted = (np.arange(parts) + 0.5) / parts * edges[-1]  # middles of equal parts of the charge
+    middles = (edges[1:] + edges[:-1]) / 2
+    return np.interp(wanted, middles, inner[0].real) + 1j * np.interp(wanted, middles, inner[0].imag), copies
 
 
 def all_nodes(places: Complex, copies: int) -> Complex:
@@ -93,15 +96,6 @@ def _charge(inner: tuple[Complex, Array], outer: tuple[Complex, Array]) -> Array
     found, shift = np.linalg.solve(matrix, np.stack([potential, ones], axis=1)).T
     found = found - shift * (found.sum() / shift.sum())
     return np.asarray(found[: inner[0].size])
-
-
-def _equal_parts(curve: tuple[Complex, Array], density: Array, parts: int) -> Complex:
-    """Return middles of equal parts of the charge along a curve of panels."""
-    places, _ = curve
-    edges = np.concatenate([[0.0], np.cumsum(np.maximum(density, 0.0))])
-    middles = (edges[1:] + edges[:-1]) / 2
-    wanted = (np.arange(parts) + 0.5) / parts * edges[-1]
-    return np.asarray(np.interp(wanted, middles, places.real) + 1j * np.interp(wanted, middles, places.imag))
 
 
 def _rectangle(half_width: float, half_height: float, step: float) -> tuple[Complex, Array]:

@@ -19,8 +19,9 @@ from scipy.linalg import hadamard
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.space.boxes import box_means
+from sits_mech.magnetics.space.fields import Prisms
 from sits_mech.magnetics.space.loops import Loops, plan_sums
-from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means, prism_seconds
+from sits_mech.magnetics.space.prisms import FEW, MANY, prism_means, prism_seconds
 from sits_mech.quantities import Array, Complex
 
 
@@ -47,6 +48,13 @@ class Problem:
     def transposed(self) -> list[Any]:
         """The moments' transposes, which take A to fluxes."""
         return [m.T.tocsr() for m in self.parts[2]]
+
+    @cached_property
+    def losses(self) -> Any:
+        """R times the conductivity, sparse; real if the character is."""
+        weighted = [(m.T.conj().multiply(1.0 / self.loops.volume)) @ m for m in self.parts[2]]
+        uneven = self.loops.uneven if np.iscomplexobj(self.parts[1]) else self.loops.uneven.real
+        return (sum(weighted) + uneven.conj().T @ uneven) * self.parts[1].shape[1]
 
     def factors(self) -> Complex:
         """Return the factor and matrix of each image: chi(g) s (g with z -> s z), shape (g, 2, 3, 3)."""
@@ -132,8 +140,8 @@ def _images(plan: CellPlan, prisms: Prisms) -> Prisms:
     return Prisms(corners.reshape(-1, 4, 2), low, high)
 
 
-def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex]:
-    """Return L and R of one class; real if its character is."""
+def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
+    """Return L and R of one class on unknowns of like resistance, real if its character is, and the unit of each."""
     loops = problem.loops
     pairs, weights, _ = problem.parts
     back = [m.conj() for m in problem.transposed]
@@ -146,20 +154,7 @@ def matrices(problem: Problem, means: Array, conductivity: float) -> tuple[Compl
         turned += problem.transposed[b] @ ((sign * back[a]) @ G).T
     L = turned.T + turned.conj()
     L *= weights.shape[1] * mu_0 / (8 * np.pi)
-    return L, resistances(problem, conductivity)
-
-
-def resistances(problem: Problem, conductivity: float) -> Complex:
-    """Return R of one class, as `matrices`."""
-    loops, (_, weights, moments) = problem.loops, problem.parts
-    weighted = [(m.T.conj().multiply(1.0 / loops.volume)) @ m for m in moments]
-    uneven = loops.uneven if np.iscomplexobj(weights) else loops.uneven.real
-    return np.asarray((sum(weighted) + uneven.conj().T @ uneven).toarray() * (weights.shape[1] / conductivity))
-
-
-def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex, Complex, Array]:
-    """Return L and R of one class on unknowns of like resistance, and the unit of each."""
-    L, R = matrices(problem, means, conductivity)
+    R = problem.losses.toarray() / conductivity
     unit = 1.0 / np.sqrt(np.real(np.diag(R)))
     for matrix in (L, R):
         matrix *= unit[:, None]
@@ -168,14 +163,14 @@ def scaled(problem: Problem, means: Array, conductivity: float) -> tuple[Complex
 
 
 def driven(problem: Problem, driving: Array) -> Complex:
-    """Return fluxes of coils in one class, from their A in its images (g, 2, n, 3, c); (c, unknowns)."""
+    """Return fluxes of coils in one class, from their A in its images (3, g, 2, n, c); (c, unknowns)."""
     pairs, weights, _ = problem.parts
-    B: Any = np.zeros((driving.shape[-1], problem.loops.unknowns), dtype=weights.dtype)
+    found: Any = 0.0
     for a in range(3):
         some = [k for k, pair in enumerate(pairs) if pair[0] == a]
-        for k, P in zip(some, mixed(weights[some], driving[..., a, :]) if some else (), strict=True):
-            B += (problem.transposed[pairs[k][1]] @ P).T
-    return np.asarray(B)
+        for k, P in zip(some, mixed(weights[some], driving[a]) if some else (), strict=True):
+            found = found + problem.transposed[pairs[k][1]] @ P
+    return np.asarray(found.T)
 
 
 def image_moments(problem: Problem, ways: Sequence[Complex]) -> Complex:

@@ -11,11 +11,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.quantities import Array, Complex, Integers, tensor_grid
 
 HELD = 4_000_000  # numbers at once
@@ -57,6 +57,40 @@ def to_coefficients(order: int) -> Array:
     return np.asarray(T)
 
 
+@dataclass(frozen=True)
+class Prisms:
+    """Right prisms along z."""
+
+    corners: Array  # (n, 4, 2) base, counter-clockwise; a triangle repeats its last corner [m]
+    low: Array  # (n,) z of the lower face [m]
+    high: Array  # (n,) of the upper [m]
+
+    def some(self, index: Any) -> Prisms:
+        """Return some of them."""
+        return Prisms(self.corners[index], self.low[index], self.high[index])
+
+
+def gauss_points(prisms: Prisms, n: int, across: int = 0, through: int = 2) -> tuple[Array, Array]:
+    """Return Gauss points of each prism (z fastest) and their weights (sum 1): shapes (m, p, 3), (m, p).
+
+    There are n along its sides, or along the second one as many as `across`, if that is given.
+    """
+    (s, ws), (t, wt), (v, wv) = map(np.polynomial.legendre.leggauss, (n, across or n, through))
+    u, w = (g.ravel() for g in np.meshgrid((1 + s) / 2, (1 + t) / 2, indexing="ij"))
+    c = prisms.corners
+    blend = np.stack([(1 - u) * (1 - w), u * (1 - w), u * w, (1 - u) * w])
+    plan = np.einsum("kp,mkd->mpd", blend, c)
+    du = np.einsum("p,md->mpd", 1 - w, c[:, 1] - c[:, 0]) + np.einsum("p,md->mpd", w, c[:, 2] - c[:, 3])
+    dw = np.einsum("p,md->mpd", 1 - u, c[:, 3] - c[:, 0]) + np.einsum("p,md->mpd", u, c[:, 2] - c[:, 1])
+    jacobian = (du[..., 0] * dw[..., 1] - du[..., 1] * dw[..., 0]) * np.outer(ws, wt).ravel()
+    weight = jacobian / jacobian.sum(1, keepdims=True)
+    middle, half = (prisms.low + prisms.high) / 2, (prisms.high - prisms.low) / 2
+    z = middle[:, None] + half[:, None] * v
+    m, p = weight.shape
+    points = np.concatenate([np.repeat(plan, through, axis=1), np.tile(z, (1, p))[..., None]], axis=2)
+    return points, np.repeat(weight, through, axis=1) * np.tile(wv / 2, (m, p))
+
+
 @dataclass(frozen=True, eq=False)
 class Parity:
     """Means over cells of the products T_i T_j T_k that are even or odd in each of x, y and z."""
@@ -73,12 +107,7 @@ def field_means(plan: CellPlan, prisms: Prisms, box: Box) -> list[Parity]:
     flips = np.sign(relative[np.arange(len(first)), first][:, [0, 1], [0, 1]])
     few, place = np.unique(first, return_inverse=True)
     number, found = np.arange(math.prod(box.order)).reshape(box.order), []
-    if plan.tensor is None:
-        points, weights = gauss_points(prisms, 2)
-    else:  # the same of boxes
-        c, gauss = prisms.corners, tensor_grid(*3 * [np.array([-1.0, 1.0]) / math.sqrt(3.0)]).reshape(-1, 3)
-        low, high = np.c_[c.min(1), prisms.low][:, None], np.c_[c.max(1), prisms.high][:, None]
-        points, weights = (low + high + (high - low) * gauss) / 2, np.full((len(c), 8), 1.0 / 8.0)
+    points, weights = gauss_points(prisms, 2)
     moved = np.stack([points] * len(few))
     moved[..., :2] = points[..., :2] @ np.swapaxes(plan.group[few], 1, 2)[:, None]
     each = [chebyshev_values(moved[..., i] / box.half[i], box.order[i]) for i in range(3)]

@@ -26,7 +26,7 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -42,7 +42,6 @@ from sits_mech.magnetics.space.classes import (
     kernel,
     mixed,
     problems,
-    resistances,
     scaled,
     stacked,
 )
@@ -73,19 +72,20 @@ def prepare_sheets(
     answering: Callable[..., Reduced | AtFrequency] = partial(reduced, highest=highest)
     if omega:
         answering = partial(solved, omega=omega)
-    bases = shared_bases(divisions, (conductivity, depth), box)
+    bases, known = shared_bases(divisions, (conductivity, depth), box)
     found: list[tuple[dict[_Key, Reduced | AtFrequency], int, int]] = []
-    for (plan, levels), first in zip(divisions, first_alike(divisions), strict=True):
+    for division, first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
             once = found[first][:2]
         else:
             unknowns, classes = 0, dict[_Key, Reduced | AtFrequency]()
-            for key, one, (L, R, _), B in matrices_of(plan, levels, (conductivity, depth), (box, None), bases):
+            own = known.pop(id(division[0]), problems(*division, depth))
+            for key, one, (L, R, _), B in matrices_of(division, own, conductivity, (box, None), bases):
                 if key in bases:
                     classes[key] = answering(L, R, B, weight=one.weight)
                     unknowns += one.loops.unknowns * int(one.weight)
             once = classes, unknowns
-        found.append((*once, 2 * (levels.size - 1)))
+        found.append((*once, 2 * (division[1].size - 1)))
     check_free(bases)
     none = {key: answering(np.eye(1), np.eye(1), np.zeros((basis.size, 1))) for key, basis in bases.items()}
     seen = tuple(bases.values())
@@ -128,27 +128,30 @@ def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping
 
 def shared_bases(
     divisions: Sequence[tuple[CellPlan, Array]], metal: tuple[float, float], box: Box
-) -> dict[_Key, Basis]:
-    """Return combinations of fields (`combined`) that any of a round plate's levels along it sees; none of others.
+) -> tuple[dict[_Key, Basis], dict[int, list[tuple[_Key, Problem]]]]:
+    """Return combinations of fields (`combined`) that any of a round plate's levels along it sees, and their classes.
 
+    Of other plates there are none; classes are those of the first division of a plan, by its identity.
     A class has few cells across a sector, in whose means other divisions' are not; and fields of orders that the
     sectors of one do not tell from lower ones. By the first division's alone, discs beside their coils were 3e-3 off.
     Classes add to one Delta Z: what is weak is so to the strongest combination of them all, `_WEAK`.
     """
     if not np.iscomplex(divisions[0][0].characters).any():
-        return {}
+        return {}, {}
     scale, plans = decay_scale(box), {id(plan): (plan, levels) for plan, levels in divisions[::-1]}
     seeing: dict[_Key, list[tuple[Problem, list[Parity]]]] = {}
-    for plan, levels in plans.values():
-        fields = field_means(plan, stacked(plan, levels), box)
-        for key, problem in problems(plan, levels, metal[1]):
+    known = {plan: list(problems(*division, metal[1])) for plan, division in plans.items()}
+    for plan, division in plans.items():
+        fields = field_means(division[0], stacked(*division), box)
+        for key, problem in known[plan]:
             seeing.setdefault(key, []).append((problem, fields))
     strong: dict[_Key, tuple[Integers, Array]] = {}
     for key, each in seeing.items():
         seen, sees = [], np.zeros(scale.size, dtype=bool)
         for problem, fields in each:
             rows, B = _fluxes(problem, _mixed_means(problem, fields))
-            part = _resisted(resistances(problem, metal[0]), B * scale[rows, None], problem.weight)
+            R = problem.losses.toarray() / metal[0]
+            part = _resisted(R, B * scale[rows, None], problem.weight)
             seen.append(np.zeros((scale.size, part.shape[1])))
             seen[-1][rows], sees[rows] = part, True
         rows = np.flatnonzero(sees)
@@ -157,23 +160,23 @@ def shared_bases(
     return {
         key: _basis(rows, found[:, _sizes(found) >= min(_WEAK * most, _sizes(found).max())], scale)
         for key, (rows, found) in strong.items()
-    }
+    }, known
 
 
 def matrices_of(
-    plan: CellPlan, levels: Array, metal: tuple[float, float], seen: tuple[Box | None, Sources | None],
-    bases: dict[_Key, Basis], keep: float = _KEEP,
+    division: tuple[CellPlan, Array], classes: Iterable[tuple[_Key, Problem]], conductivity: float,
+    seen: tuple[Box | None, Sources | None], bases: dict[_Key, Basis], keep: float = _KEEP,
 ) -> Iterator[tuple[_Key, Problem, tuple[Complex, Complex, Array], Complex]]:
     """Yield the classes of a division: order and mirror, problem, L and R and units (`scaled`), fluxes (r, unknowns).
 
     Fluxes are of what is `seen`: combinations of fields on a box, of which the first division fills `bases`, and then
-    coils at rest. `metal`: conductivity, and the depth of `prepare_sheets`.
+    coils at rest; `classes` as of `problems`.
     """
-    (conductivity, depth), (box, sources), prisms, first = metal, seen, stacked(plan, levels), not bases
-    means = kernel(plan, levels, prisms)
-    fields = [] if box is None else field_means(plan, prisms, box)
-    driving = None if sources is None else sources.means(plan, prisms)
-    for key, problem in problems(plan, levels, depth):
+    (box, sources), prisms, first = seen, stacked(*division), not bases
+    means = kernel(*division, prisms)
+    fields = [] if box is None else field_means(division[0], prisms, box)
+    driving = None if sources is None else sources.means(division[0], prisms)
+    for key, problem in classes:
         L, R, unit = scaled(problem, means, conductivity)
         B: Any = np.zeros((0, len(unit)))
         if box is not None and (first or key in bases):

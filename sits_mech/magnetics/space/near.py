@@ -24,7 +24,7 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import AtFrequency, Factored, Reduced, factored, reduced, seen_currents, solved_currents
-from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, stacked
+from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, problems, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
@@ -47,6 +47,16 @@ class _Class:
     reduced: Reduced | Factored  # seen through each unknown
     seen: Any  # what combinations of other fields and coils at rest induce in it (m, reduced)
     columns: Integers  # which of all those are these
+
+    def induced(self, driving: Array, mirrored: bool) -> Any:
+        """Return what A in its images (3, g, 2, n, c) induces, (c, reduced); `mirrored` as of `Posed`.
+
+        Of what is mirrored but for the way of the coils' current, currents that are so drive nothing.
+        """
+        plan = self.problem.plan
+        if mirrored and plan.tensor is not None and self.problem.character[2] == 1.0:
+            return np.zeros((driving.shape[-1], len(self.unit)))
+        return self.reduced.induced(driven(self.problem, driving) * self.unit)
 
     def admittance(self, omega: float) -> Complex:
         """Return Y of what it sees besides coils in poses; omega [rad/s]."""
@@ -160,9 +170,10 @@ def prepare_near(
     found: list[dict[_Key, Any]] = []
     bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
-    _check_at_rest(sources, divisions)
+    _check_at_rest(sources, [divisions[k] for k in set(alike)])
     for division, first in zip(divisions, alike, strict=True):
-        each = matrices_of(*division, metal, (others, sources), bases, _KEEP) if first == len(found) else ()
+        classes = problems(*division, metal[1])
+        each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
         new = {key: _reduced(problem, own, B, highest, (sources, omega)) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
@@ -227,14 +238,14 @@ def _reactions(
     n, shown, field = len(seen.coils), _shown(divisions), list[Complex]()
     plans = {id(plate.cells.plan): plate for plate in divisions}
     results = np.zeros((len(divisions), len(seen.places), n, n + divisions[0].seen), dtype=complex)
-    step = max(1, HELD // (3 * _most_points(plans.values(), seen) * n))
+    step = _at_once(divisions, plans.values(), seen)
     for first in range(0, len(seen.places), step):
         some = slice(first, first + step)
         own = seen.some(some)
         along = {plan: plate.cells.along(own) for plan, plate in plans.items()}
         for plate, result in zip(divisions, results, strict=True):
             driving = plate.cells.means(along[id(plate.cells.plan)])
-            induced = [part.reduced.induced(driven(part.problem, driving) * part.unit) for part in plate.classes]
+            induced = [part.induced(driving, own.mirrored) for part in plate.classes]
             result[some] = _answer(plate, [each.reshape(len(own.places), n, -1) for each in induced], omega)
             if plate is shown and asked is not None:
                 moments = np.asarray(sum(map(_Class.cell_moments, plate.classes, induced, repeat(omega))))
@@ -253,18 +264,19 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
     return result
 
 
-def _check_at_rest(sources: Sources | None, divisions: Sequence[tuple[CellPlan, Array]]) -> None:
+def _check_at_rest(sources: Sources | None, different: Sequence[tuple[CellPlan, Array]]) -> None:
     """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
     if sources is not None:
-        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(first_alike(divisions)))
+        points = sum(sources.points(plan, stacked(plan, levels)) for plan, levels in different)
         check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
-def _most_points(plates: Collection[Near], seen: Posed) -> int:
-    """Return the most points of plates' plans; refuse coils of straight tracks whose field there takes too long."""
-    points = [plate.cells.points[0].size // 3 for plate in plates]
-    check_straight(seen.coils, seen.windings, next(iter(plates)).cells.box.clearance, sum(points))
-    return max(points)
+def _at_once(divisions: Sequence[Near], plates: Collection[Near], seen: Posed) -> int:
+    """Return how many poses are taken at once; refuse straight tracks whose field at all plans' points takes long."""
+    points = sum(plate.cells.points[0].size // 3 for plate in plates)
+    check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
+    most = max(plate.cells.plan.cells.size * len(plate.cells.plan.group) * plate.sheets for plate in divisions)
+    return max(1, HELD // (2 * len(seen.coils) * most))
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:

@@ -31,6 +31,7 @@ from typing import Any
 
 import numpy as np
 
+from sits_mech.magnetics.space.fields import Prisms, gauss_points
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.parts.outlines import signed_area
 
@@ -40,19 +41,6 @@ _ROUNDING = 1e-15  # what two sides of a triangle are longer than the third by a
 _TIMES = 9e-7, 2.4e-6, 1.4e-7  # s of processor time that a point of a near pair takes, a pair between, a far one
 FEW, MANY = 3, 5
 """Gauss points along each side of the base of a near prism."""
-
-
-@dataclass(frozen=True)
-class Prisms:
-    """Right prisms along z."""
-
-    corners: Array  # (n, 4, 2) base, counter-clockwise; a triangle repeats its last corner [m]
-    low: Array  # (n,) z of the lower face [m]
-    high: Array  # (n,) of the upper [m]
-
-    def some(self, index: Any) -> Prisms:
-        """Return some of them."""
-        return Prisms(self.corners[index], self.low[index], self.high[index])
 
 
 def prism_means(
@@ -164,27 +152,6 @@ def base_potential(point: Array, corners: Array, h: Array) -> Array:
     ends = h * (sb * np.roll(rise, -1, axis=1) - sa * rise) / 2.0 - (sb * rb - sa * ra) / 6.0
     W = d * (ends + (3.0 * h * h - flat) / 6.0 * log)
     return np.asarray((W + np.sign(d) * h * ((h * h - 3.0 * flat) * turn - h * h * plane) / 6.0).sum(axis=1))
-
-
-def gauss_points(prisms: Prisms, n: int, across: int = 0, through: int = 2) -> tuple[Array, Array]:
-    """Return Gauss points of each prism (z fastest) and their weights (sum 1): shapes (m, p, 3), (m, p).
-
-    There are n along its sides, or along the second one as many as `across`, if that is given.
-    """
-    (s, ws), (t, wt), (v, wv) = map(np.polynomial.legendre.leggauss, (n, across or n, through))
-    u, w = (g.ravel() for g in np.meshgrid((1 + s) / 2, (1 + t) / 2, indexing="ij"))
-    c = prisms.corners
-    blend = np.stack([(1 - u) * (1 - w), u * (1 - w), u * w, (1 - u) * w])
-    plan = np.einsum("kp,mkd->mpd", blend, c)
-    du = np.einsum("p,md->mpd", 1 - w, c[:, 1] - c[:, 0]) + np.einsum("p,md->mpd", w, c[:, 2] - c[:, 3])
-    dw = np.einsum("p,md->mpd", 1 - u, c[:, 3] - c[:, 0]) + np.einsum("p,md->mpd", u, c[:, 2] - c[:, 1])
-    jacobian = (du[..., 0] * dw[..., 1] - du[..., 1] * dw[..., 0]) * np.outer(ws, wt).ravel()
-    weight = jacobian / jacobian.sum(1, keepdims=True)
-    middle, half = (prisms.low + prisms.high) / 2, (prisms.high - prisms.low) / 2
-    z = middle[:, None] + half[:, None] * v
-    m, p = weight.shape
-    points = np.concatenate([np.repeat(plan, through, axis=1), np.tile(z, (1, p))[..., None]], axis=2)
-    return points, np.repeat(weight, through, axis=1) * np.tile(wv / 2, (m, p))
 
 
 @dataclass(frozen=True)

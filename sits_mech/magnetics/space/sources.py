@@ -14,7 +14,6 @@ by cubic splines; spirals, and rings over a plate at an angle, are summed at eve
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,17 +22,21 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.geometry.windings import kinds_of
-from sits_mech.magnetics.coils.ring_field import STEP, Radial, coil_potential, ring_profile, winding_potential
-from sits_mech.magnetics.space.fields import Box, chebyshev_points, chebyshev_values, to_coefficients
+from sits_mech.magnetics.coils.ring_field import STEP, level_potential, winding_potential
+from sits_mech.magnetics.space.fields import (
+    HELD,
+    Box,
+    Prisms,
+    chebyshev_points,
+    chebyshev_values,
+    gauss_points,
+    to_coefficients,
+)
 from sits_mech.magnetics.space.lift import Lift
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
-from sits_mech.memory import latest
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-_NODES = 64  # of a profile, or a multiple: one serves many places
 _MOST = 5  # Gauss points along an axis
-_FEW = 16  # points of one height, with fewer of which there is no profile
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
 
@@ -48,20 +51,20 @@ class Sources:
     axes: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # its rotation, by rows
 
     def means(self, plan: CellPlan, prisms: Prisms) -> Array:
-        """Return the mean of each coil's A over the images of n prisms, shape (g, 2, n, 3, coils) [V s / (A m)].
+        """Return the mean of each coil's A over the images of n prisms, shape (3, g, 2, n, coils) [V s / (A m)].
 
         The plan's group moves the cells; the prisms are the upper half's.
         """
         counts = self._counts(plan, prisms)
         flips = np.array([[1.0, 1.0, s] for s in (1.0, -1.0)])
-        found = np.empty((len(plan.group), 2, len(counts), 3, len(self.coils)))
+        found = np.empty((3, len(plan.group), 2, len(counts), len(self.coils)))
         for count in np.unique(counts).tolist():
             some = counts == count
             points, weights = gauss_points(prisms.some(some), count)
             moved = np.stack([np.concatenate([points[..., :2] @ g.T, points[..., 2:]], axis=-1) for g in plan.group])
             images = moved[:, None] * flips[:, None, None, :]
             A = self.potential(images.reshape(-1, 3)).reshape(*images.shape, -1)
-            found[:, :, some] = np.einsum("gsnqac,nq->gsnac", A, weights, optimize=True)
+            found[:, :, :, some] = np.einsum("gsnqac,nq->agsnc", A, weights, optimize=True)
         return found
 
     def points(self, plan: CellPlan, prisms: Prisms) -> int:
@@ -88,7 +91,7 @@ class Sources:
         world = points if level else points @ turn.T
         for k, (kind, coil) in enumerate(zip(which, self.coils, strict=True)):
             placed = world + self.place - np.array((*coil.centre, 0.0))
-            A[..., k] = _around(kinds[kind], self.windings, placed, self.distance)
+            A[..., k] = level_potential(kinds[kind], self.windings, placed, self.distance)
         return A if level else np.einsum("ji,mjc->mic", turn, A)
 
 
@@ -107,6 +110,14 @@ class Posed:
         """Return it in some of the poses."""
         lift = None if self.lift is None else self.lift.some(poses)
         return replace(self, turns=self.turns[poses], places=self.places[poses], lift=lift)
+
+    @cached_property
+    def mirrored(self) -> bool:
+        """Whether the plate's plane of x and z is one of symmetry for each coil, but for the way of its current."""
+        level = np.array([coil.centre[1] for coil in self.coils]) == self.places[:, 1:2]
+        round_ = self.windings == "rings" and all(coil.is_round for coil in self.coils)
+        steady = (np.stack([self.turns[:, 1], self.turns[:, :, 1]]) == (0.0, 1.0, 0.0)).all()
+        return bool(round_ and steady and level.all() and self.lift is None)
 
     def potentials(self, points: Array, clearance: float) -> Iterator[Array]:
         """Yield A of each coil at points (q, 3) from the bottom face's centre, (p, c, q) as of `winding_potential`."""
@@ -184,52 +195,36 @@ class PlateCells:
         return np.asarray(np.einsum("slqk,q->slk", T, weights / 2) @ to_coefficients(order))
 
     def along(self, seen: Posed) -> Array:
-        """Return means of A along the plate on the polynomials' heights, (poses, coils, 3, g, n, k), of any sheets."""
+        """Return means of A along the plate on the polynomials' heights, (poses, coils, 3, g, n, k), of any sheets.
+
+        Half of a rectangle's images, by -y, see the others' A turned over where coils are mirrored too.
+        """
         points, weights, first = self.points
-        shape = len(seen.places), len(seen.coils), 3, len(points), len(self.plan.cells), self.box.order[2]
-        found = np.empty(shape)
-        for c, A in enumerate(seen.potentials(points.reshape(-1, 3), self.box.clearance)):
-            weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
-            sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
-            found[:, c] = (np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(found[:, c].shape)
+        g, half = len(points), seen.mirrored and self.plan.tensor is not None
+        points = points[: g // 2] if half else points
+        found = np.empty((len(seen.places), len(seen.coils), 3, g, len(self.plan.cells), self.box.order[2]))
+        step = max(1, HELD // points.size)
+        for start in range(0, len(seen.places), step):
+            own, part = seen.some(slice(start, start + step)), found[start : start + step, :, :, : len(points)]
+            for c, A in enumerate(own.potentials(points.reshape(-1, 3), self.box.clearance)):
+                weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
+                sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
+                part[:, c] = (np.swapaxes(own.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(part[:, c].shape)
+        if half:
+            found[:, :, :, g // 2 :] = found[:, :, :, : g // 2] * np.reshape((-1.0, 1.0, -1.0), (3, 1, 1, 1))
         return found
 
     def means(self, along: Array) -> Array:
-        """Return means over each cell's images of what is known along it, (g, 2, cells, 3, poses times coils)."""
+        """Return means over each cell's images of what is known along it, (3, g, 2, cells, poses times coils)."""
         p, c, _, g, n, _ = along.shape
         found = along @ np.concatenate(self.through).T
-        found = found.reshape(p * c, 3, g, n, 2, -1).transpose(2, 4, 3, 5, 1, 0)
-        return np.ascontiguousarray(found).reshape(g, 2, -1, 3, p * c)
+        found = found.reshape(p * c, 3, g, n, 2, -1).transpose(1, 2, 4, 3, 5, 0)
+        return np.ascontiguousarray(found).reshape(3, g, 2, -1, p * c)
 
 
 def _count(sides: Array, away: Array | float) -> Integers:
     """Return how many Gauss points along an axis cells of some sides take, a way off the windings."""
     return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
-
-
-def _around(coil: Coil, windings: str, points: Array, distance: float) -> Array:
-    """Return A of a coil about z at points, shape (m, 3)."""
-    from scipy.interpolate import CubicSpline
-
-    if windings != "rings" or not coil.is_round:
-        return coil_potential(coil, points, distance, windings)
-    heights, level = np.unique(points[:, 2], return_inverse=True)
-    if _FEW * heights.size > len(points):
-        return coil_potential(coil, points, distance)
-    axis, P = Radial(coil, distance), np.empty(len(points))
-    steps = axis.steps(np.hypot(points[:, 0], points[:, 1]))
-    rim, last = int(axis.steps(coil.outer_diameter / 2)), _NODES * math.ceil(steps.max() / _NODES + 0.1)
-    nodes, values = _profiles(axis, tuple(heights.tolist()), rim if steps.min() > rim else 0, last)
-    for k, row in enumerate(values):
-        P[level == k] = CubicSpline(nodes, row)(steps[level == k])
-    return np.column_stack([-points[:, 1] * P, points[:, 0] * P, np.zeros(len(points))])
-
-
-@latest(16)
-def _profiles(axis: Radial, heights: tuple[float, ...], first: int, last: int) -> tuple[Integers, Array]:
-    """Return steps from a coil's axis, and P of its rings there on some heights [m], (heights, steps)."""
-    nodes = np.arange(first, last)
-    return nodes, ring_profile(axis.coil, axis.at(nodes), np.array(heights)[:, None], axis.clearance)
 
 
 def farthest_winding(coils: Sequence[Coil], seen: Sources | None) -> float:

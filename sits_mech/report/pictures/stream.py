@@ -25,8 +25,9 @@ from sits_mech.geometry.outline import outline_plan, target_outline
 from sits_mech.geometry.sheet_plan import CellPlan, Grading
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.magnetics.coils.ring_field import coil_potential
+from sits_mech.magnetics.space.fields import Prisms
 from sits_mech.magnetics.space.loops import plan_sums
-from sits_mech.magnetics.space.prisms import Prisms, prism_means
+from sits_mech.magnetics.space.prisms import prism_means
 from sits_mech.quantities import Array, Complex, Integers, Pose
 from sits_mech.report.pictures.cuts import target_points
 from sits_mech.rotations import rotation_matrix

@@ -11,8 +11,7 @@ from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan, rectangl
 from sits_mech.magnetics.coils.ring_field import coil_potential, winding_potential
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.fields import Box, chebyshev_values, field_means
-from sits_mech.magnetics.space.prisms import gauss_points
+from sits_mech.magnetics.space.fields import Box, chebyshev_values, field_means, gauss_points
 from sits_mech.quantities import Impedance, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, load_sensor

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sits_mech.geometry.sheet_plan import Grading, disc_plan
-from sits_mech.magnetics.space import modes
+from sits_mech.magnetics.space import classes, modes
 from sits_mech.magnetics.space.divisions import prepared
 from sits_mech.magnetics.space.fields import Box
 from sits_mech.magnetics.space.near import prepare_near
@@ -50,7 +50,11 @@ def test_each_division_of_a_disc_sees_coils_beside_it_by_polynomials_as_by_its_c
     box = Box(np.array([4e-3, 4e-3, 1e-4]), (22, 22, 4), (1.45, 1.45, 40.0), 1.5e-3)
     coils = load_sensor("biorob2018").coils
     seen = Posed(coils, "rings", np.eye(3)[None], np.array([[5e-4, 3e-4, 1.5e-3]]))
+    made = list[classes.Problem]()
+    problem = classes.Problem
+    monkeypatch.setattr(classes, "Problem", lambda *given: made.append(problem(*given)) or made[-1])
     few = modes.prepare_sheets(divisions, 5.8e7, box)
+    assert len(made) <= 3 * len(few[0].bases), "a division's classes were made again for its combinations"
     cells = prepare_near(divisions, (5.8e7, 0.0), box)
     for own, whole in zip(few[0].reactions(few, seen, 1e6)[0], cells[0].reactions(cells, seen, 1e6)[0], strict=True):
         np.testing.assert_allclose(own, whole, rtol=0.0, atol=2e-4 * np.abs(whole).max())

@@ -158,6 +158,16 @@ def test_no_frequency_takes_more_memory_than_another(monkeypatch: pytest.MonkeyP
     assert sizes[0] > sum(len(part.unit) ** 2 * 8 for part in plates[0].classes)
 
 
+def test_a_round_plate_close_to_coils_is_prepared_once_for_all_frequencies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its complex classes have modes at once, where the scene's frequency is asked first too."""
+    kept, make = list[int](), preparing.prepared_near
+    monkeypatch.setattr(preparing, "prepared_near", lambda *given: kept.append(id(found := make(*given))) or found)
+    scene = disc(5 * MM, 0.1 * MM)
+    for frequency in (5e6, 4e6):
+        sheets(scene, 1e-1).impedance(Pose(0.0, 6e-5), frequency)
+    assert len(kept) == 2 and len(set(kept)) == 1
+
+
 @pytest.mark.parametrize("asked", [5e6, 3e5])
 def test_a_plate_close_to_coils_answers_one_frequency_as_all(sensor: Sensor, asked: float) -> None:
     """By factors as by modes, below the highest frequency that cells resolve; its field too, and what others see."""

@@ -9,7 +9,8 @@ import pytest
 
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, disc_plan
 from sits_mech.magnetics.space.classes import kernel, stacked
-from sits_mech.magnetics.space.prisms import FEW, MANY, Prisms, prism_means
+from sits_mech.magnetics.space.fields import Prisms
+from sits_mech.magnetics.space.prisms import FEW, MANY, prism_means
 from sits_mech.quantities import Array
 
 LEVELS = np.array([0.0, 5e-5, 9e-5, 1e-4])

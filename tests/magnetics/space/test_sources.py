@@ -8,19 +8,19 @@ from common.ring_discs import joint_reaction
 
 from sits_mech.geometry.sheet_plan import Grading, disc_plan, rectangle_plan
 from sits_mech.geometry.tracks import coil_tracks
+from sits_mech.magnetics.coils import ring_field
 from sits_mech.magnetics.coils.ring_field import coil_potential, filament_counts, ring_profile
 from sits_mech.magnetics.coils.straight import track_potential
 from sits_mech.magnetics.section.kernels import gauss_rule
 from sits_mech.magnetics.sheets import sheets
-from sits_mech.magnetics.space import sources
 from sits_mech.magnetics.space.classes import stacked
-from sits_mech.magnetics.space.fields import Box, chebyshev_points
+from sits_mech.magnetics.space.fields import Box, Prisms, chebyshev_points, gauss_points
 from sits_mech.magnetics.space.modes import prepare_sheets
 from sits_mech.magnetics.space.near import prepare_near
-from sits_mech.magnetics.space.prisms import Prisms, gauss_points
 from sits_mech.magnetics.space.sources import PlateCells, Posed, Sources
 from sits_mech.memory import SECONDS
 from sits_mech.quantities import Pose
+from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.materials import metals
 from sits_mech.scene.sensor import Conductor, SceneError, Target, load_sensor
 
@@ -47,7 +47,7 @@ def test_equal_coils_share_one_profile(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nine of them, and all Gauss points of a division that are as high."""
     coil, asked = COILS[0], list[int]()
     coils = tuple(coil.model_copy(update={"centre": (x * MM, y * MM)}) for x in (-9, 0, 9) for y in (-9, 0, 9))
-    monkeypatch.setattr(sources, "ring_profile", lambda *given: asked.append(1) or ring_profile(*given))
+    monkeypatch.setattr(ring_field, "ring_profile", lambda *given: asked.append(1) or ring_profile(*given))
     plates = replace(BEHIND, coils=coils, distance=0.61 * MM)
     for shift in (0.0, 0.3):
         x, y = (part.ravel() + shift for part in np.meshgrid(np.arange(-12, 13), np.arange(-12, 13)))
@@ -84,7 +84,8 @@ def test_means_over_cells_and_their_images():
             moved = np.concatenate([points[..., :2] @ g.T, sign * points[..., 2:]], axis=-1)
             A = coil_potential(COILS[1], moved.reshape(-1, 3) + BEHIND.place, BEHIND.distance).reshape(moved.shape)
             exact = np.einsum("nqa,nq->na", A, weights)
-            np.testing.assert_allclose(found[k, s, ..., 1], exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+            seen = np.moveaxis(found[:, k, s, :, 1], 0, -1)
+            np.testing.assert_allclose(seen, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
 
 
 def test_a_plate_at_rest_answers_as_one_that_could_move():
@@ -156,6 +157,31 @@ def test_heights_of_a_plate_take_as_many_points_as_their_distance_asks():
     counts = np.diff(cells.points[2], append=cells.points[1].size).reshape(-1, 7).sum(axis=0)
     assert (np.diff(counts) >= 0).all()
     assert counts.sum() < 7 * counts.max() * 2 / 3  # with one rule for all: 1
+
+
+def test_poses_in_the_plane_of_all_coils_take_half_of_the_points_and_of_the_currents(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As those do that turn out of it by nothing that counts; currents of the other classes are none."""
+    box = Box(np.array([4.0, 3.0, 0.08]) * MM, (9, 9, 5), (1.1, 1.1, 4.0), 0.2 * MM)
+    plates = prepare_near([(PLAN, LEVELS)], (COPPER, 0.0), box, omega=2e7 * np.pi)
+    pose, asked = Pose(np.array([0.1, -0.3]) * MM, np.array([0.4, 0.5]) * MM, np.array([0.0, 0.02])), list[int]()
+    potential = ring_field._Table.potential
+    counted = lambda table, points: (asked.append(points.size), potential(table, points))[1]  # noqa: E731
+    monkeypatch.setattr(ring_field._Table, "potential", counted)
+    found = []
+    for aside in (0.0, 1e-12):
+        places = pose.centre + (0.0, aside, 0.0)
+        seen = Posed(COILS, "rings", rotation_matrix(pose.rotation), places)
+        assert seen.mirrored == (aside == 0.0)
+        found.append(plates[0].reactions(plates, seen, 1e7)[0][0])
+    few, whole = np.reshape(asked, (2, -1)).sum(axis=1)
+    assert 2 * few == whole
+    np.testing.assert_allclose(*found, rtol=0, atol=1e-9 * np.abs(found[1]).max())
+    driving = plates[0].cells.means(plates[0].cells.along(seen))
+    sizes = [np.abs(part.induced(driving, False)).max() for part in plates[0].classes]
+    none = [not part.induced(driving, True).any() for part in plates[0].classes]
+    assert sum(none) == 4 and max(np.compress(none, sizes)) < 1e-6 * max(sizes)
 
 
 @pytest.mark.parametrize("backed", [pytest.param(False, marks=pytest.mark.slow), True])
