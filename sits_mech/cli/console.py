@@ -47,8 +47,9 @@ def exit_code_of(statuses: Sequence[str], accept: bool, reached: tuple[float, fl
     """
     code = exit_code(statuses, accept)
     if code == EXIT_DOUBTFUL:
-        error, asked = (f"{100.0 * each:.2g} %" for each in reached or (0.0, 0.0))
-        more = f"; error {error} of the signals' full scale, {asked} asked" if reached else ""
+        error, asked = reached or (0.0, 0.0)
+        words = f"; error {100.0 * error:.2g} % of the signals' full scale, {100.0 * asked:.2g} % asked"
+        more = words if error > asked else ""
         warn(f"status: {counted(statuses)}{more}; exit code {code}, --accept makes it 0")
     return code
 

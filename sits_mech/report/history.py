@@ -75,6 +75,7 @@ def history_record(data: xr.Dataset, left_out: Sequence[Omission] = ()) -> dict[
     coils = np.diagonal(own["L"].transpose("time", "coil", "coil_2").to_numpy(), axis1=1, axis2=2)
     return status_record(joined(data["flags"].to_numpy())) | {
         "request": request_of(data),
+        "error_of_full_scale": data.attrs["error"],
         "time": own["time"].to_numpy(),
         "wrench": {name: own[name].to_numpy() for name in WRENCH},
         "pose": {name: own[name].to_numpy() for name in POSE},

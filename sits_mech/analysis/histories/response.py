@@ -69,10 +69,10 @@ def in_time(
 
     ``given`` (whether the time is of the history, or solved between two of them), the wrench, pose, ``L`` (coil,
     coil_2) and the signals, each with ``error_`` but given forces; ``status`` and ``flags``; ``L0``. Attributes: scene,
-    request, ``notes``, ``unit_L``. Before its first time there
-    was no load; the error of a pose is over the largest displacement; `points` asks for a model with memory at every
-    point of the layer. Raises SceneError when a model cannot hold the scene, Collision where the target touches the
-    coil plane, SolveFailed without a rest or an answer of the coils.
+    request, ``notes``, ``unit_L``, ``error`` (the largest one over the signals' full scale). Before its first time
+    there was no load; the error of a pose is over the largest displacement; `points` asks for a model with memory at
+    every point of the layer. Raises SceneError when a model cannot hold the scene, Collision where the target touches
+    the coil plane, SolveFailed without a rest or an answer of the coils.
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     loads = expected_loads(sensor, history)

@@ -11,8 +11,8 @@ in the plane outwards, the distances d_e of x's foot inside them, lengths l_e an
     int h/r^3 l_a = l_a(foot) Omega - h grad l_a . sum m_e L_e,
 
 Omega the solid angle. Near triangles take Gauss points in the first and these, others Gauss points in both, far ones
-in the second alone. Errors of the integrals are 1e-3; of far ones 1e-4, as these add to each other: from a third of the
-distance on small discs were 4e-4 to 5e-4 of Delta Z off, which no finer division shows.
+in the second alone. Errors of the integrals are 1e-3; of far ones 1e-4, as these add to each other, which no
+finer division shows: with a third of the distance small discs are 4e-4 to 5e-4 of Delta Z off.
 
 Source: A. van Oosterom, J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125; D. R. Wilton et al., IEEE Trans. Antennas
 Propag. 32 (1984) 276.

@@ -82,7 +82,7 @@ def holed(plate: Target | Conductor, frequency: float) -> bool:
     """Whether a permeable plate has holes that `shells` do not hold: in an outline, or where much current goes around.
 
     In a field along its axis that of a ring of radius a, t thick, has t a / (2 mu_r delta^2) of the field itself, and
-    less; where t is small to delta, `around_hole` holds it.
+    less; where t is small to delta, `around_holes` holds it.
     """
     metal = plate.metal
     if metal.susceptibility == 0.0 or plate.shape != "ring":
