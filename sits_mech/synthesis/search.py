@@ -265,7 +265,7 @@ class Search:
     def _unit(self) -> Array:
         """Points of the unit box that are looked at, shape (m, v)."""
         count = min(_LOOKED_AT * 2**self.count, _AT_MOST[0])
-        return np.asarray(qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count))
+        return qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count)
 
     def propose(self, branch: Branch) -> Proposal:
         """Return the best predicted point of a choice within its trust radius."""
