@@ -213,16 +213,11 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
         for z in shared:
             _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
     elif -aside > SLACK * max(*coil.extent, *other.extent):
-        what, by = _met(coil, other, aside)
+        what, by = ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-aside, 3)}")
         raise SceneError(
             f"{names} overlap: the {what} them must be clear of each other in every layer; they overlap{by} at "
             f"z = {mm(shared[0])}"
         )
-
-
-def _met(coil: Coil, other: Coil, aside: float) -> tuple[str, str]:
-    """Return which edges of two coils meet, and by how much where that is known."""
-    return ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-aside, 3)}")
 
 
 def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:

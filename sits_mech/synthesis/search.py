@@ -166,7 +166,9 @@ class Search:
         prediction, promise = branch.prediction, branch.promise or self.propose(branch)
         x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
         height = prediction.plain(x)["height"]
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
+        solved = (each.point for each in prediction.solved)
+        toward = (point + share * (x - point) for point in solved for share in np.arange(4) / 4)
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *toward)}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -312,11 +314,6 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         objective, over = seen(x)
         return Proposal(x, objective + _exceeded(float(over.max())), float(over.max()))
-
-
-def _toward(prediction: Prediction, x: Array) -> list[Array]:
-    """Return points on the way from each solved design to a point, quarters of it apart."""
-    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in np.arange(4) / 4]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:
