@@ -154,10 +154,7 @@ def tabulated(
     attributes: dict[str, Any] = {"temperature": sensor.temperature, "frequency": sensor.frequency}
     attributes |= {} if sensor.touch is None else {"touch": list(sensor.touched_point)}
     attributes |= shown.convention | {"request": json.dumps(request), "magnetics_tolerance": found.asked}
-    attributes |= {"notes": "", "left_out": packed_omissions(left_out)}
-    if found.planned is not None:
-        planned = [found.planned.seconds, found.planned.error]
-        attributes |= {"planned": planned, "reached": found.reached, "error": error}
+    attributes |= {"notes": "", "left_out": packed_omissions(left_out)} | _promised(found, error)
     return labelled(data.assign_attrs(**provenance(sensor), **attributes))
 
 
@@ -207,6 +204,13 @@ def _words(
     marks = [_marks(sensor, one, word, error, asked) for one, word, error in zip(settled, words, errors, strict=True)]
     own: Columns = {name: ((), [mark[name] for mark in marks]) for name in ("status", "notes", "flags")}
     return own | {"reason": ((), [why for _, why in status])}
+
+
+def _promised(found: AimedLoads, error: float) -> dict[str, Any]:
+    """Return planned seconds and error over full scale, the error reached and the whole one, where known."""
+    if found.planned is None:
+        return {}
+    return {"planned": [found.planned.seconds, found.planned.error], "reached": found.reached, "error": error}
 
 
 def _marks(

@@ -55,7 +55,10 @@ def check_parts(
     substrate_radius: float | None, cover: Cover | None = None,
 ) -> None:
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
-    _check_coils(coils)
+    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
+    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
+        if math.dist(here, there) < radius + reach:
+            _check_side_by_side(coil, other)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
         pillar_middles(elastomer, target.extent, target.is_round)
     if substrate_radius is not None:
@@ -67,14 +70,6 @@ def check_parts(
         for other_part in others:
             _check_clear(part, other_part)
         others.append(part)
-
-
-def _check_coils(coils: Sequence[Coil]) -> None:
-    """Refuse coils that overlap."""
-    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
-    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
-        if math.dist(here, there) < radius + reach:
-            _check_side_by_side(coil, other)
 
 
 def _conductor(part: Conductor) -> Prism:
