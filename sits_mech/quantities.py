@@ -37,6 +37,11 @@ def tensor_grid(*axes: ArrayLike) -> NDArray[Any]:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
+def integrals(density: Array, x: Array) -> Array:
+    """Return the integral of a density from the first of some places to each, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
+
+
 @dataclass(frozen=True)
 class Wrench:
     """Dead load on the target; the last three components are zero in the plane y = 0.

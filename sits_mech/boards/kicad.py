@@ -73,7 +73,7 @@ class _Frame:
         """Return points (n, 2) of the frame [mm] on the board [m]."""
         x, y = np.asarray(points, dtype=np.float64).T
         c, s = math.cos(self.angle), math.sin(self.angle)
-        return np.asarray(self.place + METRES * np.column_stack([c * x + s * y, s * x - c * y]))
+        return self.place + METRES * np.column_stack([c * x + s * y, s * x - c * y])
 
     def point(self, node: Node, key: str, where: str) -> Array:
         """Return a point of an item on the board."""

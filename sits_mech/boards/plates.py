@@ -222,12 +222,11 @@ def _fitting(
 def merged_pours(poured: Sequence[Pour], size: float) -> list[Pour]:
     """Return pours, those of a layer whose boxes overlap as one, the largest first; `size` is the coils' [m]."""
     found = sorted(poured, key=attrgetter("area"), reverse=True)
-    pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+    pairs = combinations(found, 2)
     while pair := next(pairs, None):
-        tied = _tied(*pair, size)
-        if tied is not None:
+        if _boxes_meet(*pair) and (tied := _tied(*pair, size)) is not None:
             found = sorted([each for each in found if each not in pair] + [tied], key=attrgetter("area"), reverse=True)
-            pairs = ((a, b) for a, b in combinations(found, 2) if _boxes_meet(a, b))
+            pairs = combinations(found, 2)
     return found
 
 

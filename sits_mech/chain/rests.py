@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,6 +51,7 @@ class AimedRest(NamedTuple):
     planned: Expected | None = None  # from the first meshes; None where nothing was planned
     reached: float = float("nan")  # error of the numerics over the signals' full scale
     goal: Goal | None = None
+    nearer: float | None = None  # tolerance that the pose would need, where another choice of the model may have it
 
 
 def aimed_rest(
@@ -64,8 +64,18 @@ def aimed_rest(
     tolerance of the pose, a second time where one that is not refined misses what the coils leave; `magnetics` is the
     model's name as asked for and the tolerance; raises as `simulate`.
     """
-    (*via, wrench), (name, tolerance) = loads, magnetics
-    layer, choice = mechanics(tolerance)
+    found = _rest_by(mechanics(magnetics[1]), sensor, loads, magnetics, symmetry, best)
+    if found.nearer is None:
+        return found
+    return _rest_by(mechanics(found.nearer), sensor, loads, magnetics, symmetry, best)
+
+
+def _rest_by(
+    mechanics: Mechanics, sensor: Sensor, loads: Sequence[Wrench], magnetics: tuple[str, float], symmetry: Symmetry,
+    best: bool,
+) -> AimedRest:
+    """Return `aimed_rest` by one mechanical model."""
+    (*via, wrench), (layer, choice), (name, tolerance) = loads, mechanics, magnetics
     left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
     field, _ = loaded_model(sensor, name, tolerance, loads)
     if via:
@@ -80,11 +90,8 @@ def aimed_rest(
         return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance, layer)
     aim = aim.sharing([first], [including(sensor, first, left_out)])
     if not isinstance(layer, RefinedModel):
-        if choice.why is Why.WITHIN and (nearer := aim.nearer([first])) is not None:
-            layer, choice = mechanics(nearer)
-            again = layer, replace(choice, why=Why.NAMED)  # not a third time
-            return aimed_rest(sensor, loads, lambda _: again, magnetics, symmetry, best=best)
-        return AimedRest(first, start, back, left_out, aim.field, aim.asked, layer, goal=aim.goal)
+        nearer = aim.nearer([first]) if choice.why is Why.WITHIN else None
+        return AimedRest(first, start, back, left_out, aim.field, aim.asked, layer, goal=aim.goal, nearer=nearer)
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))

@@ -45,7 +45,6 @@ from sits_mech.status import FAILED
 from sits_mech.units import SceneError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from concurrent.futures import Executor
 
     import xarray as xr
@@ -192,6 +191,7 @@ def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool)
     """Run the stages of a study, print their tables, and return the statuses of all cases."""
     from sits_mech.batch.funnel import following, going_on
     from sits_mech.batch.run import keep_known
+    from sits_mech.export.formats import export_case
     from sits_mech.readout.loads import each_of
 
     data = _ran(asked, output, executor, as_json)
@@ -202,7 +202,9 @@ def _swept(asked: Study, output: Path, executor: Executor | None, as_json: bool)
         if not chosen:
             return [*statuses, FAILED]
         if stage.study is None:
-            _export(before, [case + 1 for case in chosen], stage.export, place)
+            for case in (case + 1 for case in chosen):
+                folder = place / f"case-{case}"
+                warn(*export_case(before, case, stage.export, folder), f"written to {folder}")
             break
         first, study = (study, data), following(stage.study, study, chosen)
         keep_known(study, place, first, chosen)
@@ -229,14 +231,6 @@ def _ran(study: Study, folder: Path, executor: Executor | None, as_json: bool) -
     notes = [*_left_out(study), *chosen, *([others] if aside else [])]
     warn(*case_remarks(data), *case_failures(data), *notes, f"written to {folder}")
     return data
-
-
-def _export(folder: Path, cases: Sequence[int], kinds: Sequence[str], place: Path) -> None:
-    """Export cases of a sweep, each to a folder of its own."""
-    from sits_mech.export.formats import export_case
-
-    for case in cases:
-        warn(*export_case(folder, case, kinds, place / f"case-{case}"), f"written to {place / f'case-{case}'}")
 
 
 def _left_out(study: Study) -> list[str]:

@@ -71,7 +71,8 @@ def fixed_point(cal: Calibration) -> FixedPoint:
     direction, span, down = _directions(cal, base)
     seed, image, first = _starts(cal)
     flat = (cal.domain.labels == 1).ravel()
-    error = _error(power, above, coefficient / one, bits)
+    lost = np.abs(above - coefficient / one).sum(axis=0) + 2.0**-bits * (power**2).sum(axis=1) @ np.abs(above)
+    error = float(lost.max())  # [codes] of rounded coefficients, and of polynomials by rounded recurrences
     return FixedPoint(
         cal, bits, fraction, base.astype(np.int64), power, _ends(power), coefficient, weight,
         _whole(tolerance * one), far, direction, span, down, seed, image, first,
@@ -106,12 +107,6 @@ def _ends(power: Integers) -> Integers:
     count = power.shape[1]
     same = np.cumprod(power[1:] == power[:-1], axis=1).sum(axis=1)
     return np.append(count - 1 - same, count)
-
-
-def _error(power: Integers, above: Array, rounded: Array, bits: int) -> float:
-    """Return how far the integers are off the map [codes]: rounded coefficients, polynomials of rounded recurrences."""
-    lost = np.abs(above - rounded).sum(axis=0) + 2.0**-bits * (power**2).sum(axis=1) @ np.abs(above)
-    return float(lost.max())
 
 
 def _directions(cal: Calibration, base: Array) -> tuple[Integers, Integers, Integers]:

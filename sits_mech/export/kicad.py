@@ -105,7 +105,11 @@ def winding(sensor: Sensor, number: int) -> Winding:
         if inwards:
             last = str(2 * number + 2) if k == coil.layers - 1 else ""
             holes.append(PlatedHole(via[0], _VIA, _DRILL, last))
-    return _placed(coil, tracks, holes)
+    centre = np.asarray(coil.centre)
+    return Winding(
+        tuple(replace(item, points=item.points + centre) for item in tracks),
+        tuple(replace(item, place=item.place + centre) for item in holes),
+    )
 
 
 def _spiral(coil: Coil, angle: float, inwards: bool) -> Array:
@@ -153,15 +157,6 @@ def _outer_ends(coil: Coil, first: float, turned: float, number: int) -> list[Pl
             between = first + ((k + 1) // 2 - 0.5) * turned
             found.append(PlatedHole(_polar(edge + _VIA / 2, between)[0], _VIA, _DRILL))
     return found
-
-
-def _placed(coil: Coil, tracks: list[TrackRun], holes: list[PlatedHole]) -> Winding:
-    """Return a coil about its own centre at its place in the sensor."""
-    centre = np.asarray(coil.centre)
-    return Winding(
-        tuple(replace(item, points=item.points + centre) for item in tracks),
-        tuple(replace(item, place=item.place + centre) for item in holes),
-    )
 
 
 def _check(sensor: Sensor, coil: Coil) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from sits_mech.geometry.rims import narrowest, offset
 from sits_mech.geometry.sheet_plan import CellPlan, Grading, divided_triangles, graded_axis
-from sits_mech.quantities import Array, Integers, Mask
+from sits_mech.quantities import Array, Integers, Mask, integrals
 from sits_mech.scene.parts.elastomer import pillar_middles
 from sits_mech.scene.parts.outlines import Loop, circle, edges, first_crossing, inside_loops, signed_area
 from sits_mech.scene.sensor import Conductor, Elastomer, Target
@@ -190,8 +190,7 @@ def _shares(loop: Array, grading: Grading) -> list[Array]:
         length = float(np.hypot(*(b - a)))
         share = np.linspace(0.0, 1.0, 2 + int(length / grading.largest))
         size = grading.size(np.abs(a + (b - a) * share[:, None]).max(axis=1))
-        density = length / size
-        number = np.concatenate([[0.0], np.cumsum(np.diff(share) * (density[1:] + density[:-1]) / 2.0)])
+        number = integrals(length / size, share)
         count = max(int(np.ceil(number[-1] - 1e-9)), 1)
         found.append(np.interp(np.arange(count + 1) / count, number / number[-1], share))
     return found

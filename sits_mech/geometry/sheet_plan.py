@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sits_mech.quantities import Array, Complex, Integers, tensor_grid
+from sits_mech.quantities import Array, Complex, Integers, integrals, tensor_grid
 
 _BEYOND = 0.4  # growth of cells per length beyond the reach
 _FAR, _FAR_RIM = 5.0, 0.5  # more of it far off, and that of cells at a rim there: `test_models`, discs of 60 mm
@@ -138,8 +138,7 @@ def graded_axis(length: float, grading: Grading) -> Array:
     slope = np.log(grading.growth)
     first = grading.first * slope / (grading.growth - 1.0) + _FAR_RIM * max(0.0, length - grading.far)
     d = np.concatenate([[0.0], np.geomspace(_SMALLEST * min(first, length), length, _SAMPLES)])
-    density = 1.0 / grading.size(length - d) + 1.0 / (first + slope * d)
-    number = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(d))])
+    number = integrals(1.0 / grading.size(length - d) + 1.0 / (first + slope * d), d)
     count = max(1, round(number[-1])) * grading.parts
     inside = np.interp(np.arange(1, count) * (number[-1] / count), number, d)
     return np.concatenate([[0.0], length - inside[::-1], [length]])

@@ -42,7 +42,7 @@ class Stations:
     def by_turns(self, field: Complex) -> Complex:
         """Return a field of nodes (p, s, m, 2, n) at all turns, (p, n, s, 2 t), that up before that outwards."""
         found = np.moveaxis(field, 4, 1).swapaxes(3, 4) @ self.turns.T
-        return np.asarray(found.reshape(*found.shape[:3], -1))
+        return found.reshape(*found.shape[:3], -1)
 
 
 @lru_cache(maxsize=256)

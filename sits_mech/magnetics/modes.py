@@ -173,7 +173,7 @@ class Reduced:
         if not flat.size:
             return np.zeros(induced.shape, dtype=complex)
         found = solve_banded((1, 1), bands, flat.T.astype(complex), check_finite=False)  # one row of reals fails
-        return np.asarray(found.T.reshape(induced.shape))
+        return found.T.reshape(induced.shape)
 
 
 def eddy_modes(L: Array, R: Array, basis: Array, *, constraint: Array | None = None) -> Modes:
@@ -245,7 +245,7 @@ def solved_currents(L: Any, R: Any, B: Any, omega: float) -> Complex:
         return np.linalg.solve(R + 1j * omega * L, B.conj().T)
     F = _symmetric_root(L, R, omega)
     a = solve_triangular(F, B.T, lower=True, check_finite=False)
-    return np.asarray(solve_triangular(F, a, lower=True, trans="T", overwrite_b=True, check_finite=False))
+    return solve_triangular(F, a, lower=True, trans="T", overwrite_b=True, check_finite=False)
 
 
 def factored(L: Any, R: Any, omega: float) -> Factored:

@@ -210,7 +210,7 @@ def _uncertainty(x: Array, y: Array, degrees: Sequence[int], counts: Sequence[in
     def fitted(i: int, degree: int) -> Array:
         """Return the outputs of the map of another degree in one variable."""
         powers = terms([*degrees[:i], degree, *degrees[i + 1 :]], simplex)
-        return np.asarray(design_matrix(fine, powers) @ np.linalg.lstsq(design_matrix(x, powers), y, rcond=None)[0])
+        return design_matrix(fine, powers) @ np.linalg.lstsq(design_matrix(x, powers), y, rcond=None)[0]
 
     each, whole = list[Array](), fitted(0, degrees[0])
     for i, (degree, count) in enumerate(zip(degrees, counts, strict=True)):

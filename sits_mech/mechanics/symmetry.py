@@ -121,15 +121,11 @@ def image_of_rest(found: Equilibrium, matrix: Array, wrench: Wrench) -> Equilibr
     """Return the image of an equilibrium by a matrix, (6, 6), without state; errors have no sign."""
     pose, error = image_of(matrix, found.pose.components), image_of(np.abs(matrix), found.error.components)
     shared = np.array([image_of(matrix, part) for part in found.shared]).reshape(-1, len(POSE))
+    acting = found.acting and Wrench(*image_of(matrix, found.acting.components).tolist())
     return replace(
         found, wrench=wrench, pose=Pose.of(pose), error=Pose.of(error), state=np.zeros(0), finer=(), shared=shared,
-        slopes=found.slopes @ matrix.T, acting=_image(matrix, found.acting),
+        slopes=found.slopes @ matrix.T, acting=acting,
     )
-
-
-def _image(matrix: Array, wrench: Wrench | None) -> Wrench | None:
-    """Return the image of a wrench, if there is one."""
-    return None if wrench is None else Wrench(*image_of(matrix, wrench.components).tolist())
 
 
 def symmetrised(found: Equilibrium, symmetry: Symmetry, *loads: Wrench) -> Equilibrium:

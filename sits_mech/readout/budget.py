@@ -36,7 +36,7 @@ class Budget:
     @property
     def total(self) -> Array:
         """Half of the width that holds 90 % of the true forces, shape (..., d) [N, N m]."""
-        return np.asarray(SURE * np.sqrt(sum(part**2 for part in self.parts.values())))
+        return SURE * np.sqrt(sum(part**2 for part in self.parts.values()))
 
 
 def budget(cal: Calibration, forces: ArrayLike, *, temperature: ArrayLike | None = None) -> Budget:

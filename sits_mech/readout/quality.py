@@ -126,7 +126,7 @@ def _valid(cal: Calibration) -> Array:
     """Return the loads of a fine grid that have an inverse, shape (m, d)."""
     flat = _loads(cal).to_numpy().reshape(-1, len(cal.forces))
     scaled = cal.map.scaled(flat)
-    return np.asarray(flat[cal.domain.holds(scaled, 0.0) & cal.domain.valid(scaled) & (cal.share > 0.0)])
+    return flat[cal.domain.holds(scaled, 0.0) & cal.domain.valid(scaled) & (cal.share > 0.0)]
 
 
 def _loads(cal: Calibration) -> xr.DataArray:

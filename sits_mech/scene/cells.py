@@ -309,7 +309,9 @@ def cells_from(tables: Mapping[str, Any], where: str) -> Cells:
     places = checked(Places, {key: tables[key] for key in keys if key in tables}, "scene", where)
     shared = {key: part for key, part in tables.items() if key not in keys}
     sensors = [sensor_from(_alone(shared, own, where), where) for own in places.targets]
-    _check_coils(shared, places.targets, where)
+    for name in map(_name_of, shared["coils"]):
+        if not any(cell.coils is None or name in cell.coils for cell in places.targets):
+            raise SceneError(f"{where}: coils.{name} must be of a cell, in coils of one of the targets; it is in none")
     return checked(Cells, {**dict(places), "sensors": sensors}, "scene", where)
 
 
@@ -332,13 +334,6 @@ def _check_names(key: str, own: Sequence[str], names: Sequence[str]) -> None:
             raise SceneError(f"{key} {unknown(name, names)}")
     if len(set(own)) < max(len(own), 1):
         raise SceneError(f"{key} must name one coil of the scene or more, each once; got {', '.join(own) or 'none'}")
-
-
-def _check_coils(shared: Mapping[str, Any], cells: Sequence[Cell], where: str) -> None:
-    """Refuse a coil that is of no cell."""
-    for name in map(_name_of, shared["coils"]):
-        if not any(cell.coils is None or name in cell.coils for cell in cells):
-            raise SceneError(f"{where}: coils.{name} must be of a cell, in coils of one of the targets; it is in none")
 
 
 def _name_of(coil: Any) -> Any:

@@ -117,7 +117,7 @@ def shared_errors(sensor: Sensor, data: xr.Dataset, names: Sequence[str]) -> Arr
     poses = np.concatenate([shared, ways[..., None] * np.eye(len(POSE))], axis=-2)
     whole = np.concatenate([whole, np.zeros((*shape, len(POSE), len(sensor.coils)))], axis=-2)
     found = np.concatenate([poses, whole], axis=-1)
-    return np.asarray(found[..., np.any(found, axis=(*loads, -1)), :])
+    return found[..., np.any(found, axis=(*loads, -1)), :]
 
 
 def mapped(smooth: SmoothMap, forces: Array) -> Array:

@@ -91,7 +91,7 @@ class Predictive:
         """The covariance of the unknowns where the modulus is one of the nodes, (p, p)."""
         deviation = self._modulus[1]
         half = _MOST / (_NODES - 1) * deviation  # of a step between nodes
-        return np.asarray(self.prior.covariance + (half**2 - deviation**2) * np.outer(self._along, self._along))
+        return self.prior.covariance + (half**2 - deviation**2) * np.outer(self._along, self._along)
 
     @property
     def _along(self) -> Array:

@@ -216,7 +216,7 @@ def _own_errors(sensor: Sensor, data: xr.Dataset, table: ForceMaps) -> Array:
     each = HALF * (rest + OWN * np.abs(alone).sum(axis=0))
     root = np.sqrt(np.nanmean(each.reshape(-1, each.shape[-1]) ** 2, axis=0))
     between = np.where(np.isfinite(table.map.rms), table.map.rms, table.map.error)
-    return np.asarray(np.hypot(root, between))
+    return np.hypot(root, between)
 
 
 def check_deviation(name: str, value: float | None, unit: str) -> None:

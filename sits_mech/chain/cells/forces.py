@@ -83,7 +83,7 @@ class CellForces:
     @property
     def known(self) -> Mask:
         """Which forces each cell reads, (n, r)."""
-        return np.asarray(np.isfinite(own_of(self.crosstalk.total)[..., 0]))
+        return np.isfinite(own_of(self.crosstalk.total)[..., 0])
 
     @property
     def by_mixing(self) -> Array:

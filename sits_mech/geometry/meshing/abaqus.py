@@ -59,17 +59,13 @@ def read_deck(path: str | Path) -> Deck:
             elif keyword.startswith("end"):
                 part = ""
             elif keyword in _TAKEN:
-                _TAKEN[keyword](deck, options, rows, _used_part(options, part, used))
+                instance = options.get("instance", "")  # of which a set of an assembly speaks
+                own = next((source for source, name in used.items() if name == instance), part)
+                _TAKEN[keyword](deck, options, rows, own)
         except (ValueError, IndexError, KeyError) as error:
             came = printable(f"{type(error).__name__} {error}", 80)
             raise SceneError(f"{path}: line {number}: must be a block *{keyword} of Abaqus; got {came}") from None
     return deck
-
-
-def _used_part(options: dict[str, str], part: str, used: dict[str, str]) -> str:
-    """Return the part that a set of an assembly speaks of, by its instance."""
-    instance = options.get("instance", "")
-    return next((source for source, name in used.items() if name == instance), part)
 
 
 def _blocks(path: str | Path) -> Iterator[tuple[int, str, dict[str, str], list[list[str]]]]:

@@ -48,7 +48,7 @@ class PlateOutline(NamedTuple):
 def inside_outline(outline: PlateOutline, points: Array, slack: float) -> Mask:
     """Say which points, shape (n, 2 or more), lie in an outline with `slack` around it."""
     a, b = np.abs(points[:, 0]) / (outline.half_x + slack), np.abs(points[:, 1]) / (outline.half_y + slack)
-    return np.asarray(np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0)
+    return np.hypot(a, b) < 1.0 if outline.is_round else np.maximum(a, b) < 1.0
 
 
 def covered(plate: PlateOutline, pad: PlateOutline) -> PlateOutline | None:

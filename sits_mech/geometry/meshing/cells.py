@@ -82,7 +82,7 @@ def _cut(prisms: Integers) -> Integers:
     """Return three tetrahedra for each prism."""
     turned = np.take_along_axis(prisms, np.array(_PRISM)[np.argmin(prisms, axis=1)], axis=1)
     way = (turned[:, [1, 5]].min(axis=1) >= turned[:, [2, 4]].min(axis=1)).astype(int)
-    return np.asarray(np.take_along_axis(turned[:, None], np.array(_HALVES)[way], axis=2).reshape(-1, 4))
+    return np.take_along_axis(turned[:, None], np.array(_HALVES)[way], axis=2).reshape(-1, 4)
 
 
 def _halved(blocks: list[Integers]) -> list[Integers]:

@@ -29,7 +29,7 @@ class Inclusion(NamedTuple):
         """Say which places, (n, 3), from the ground to the cover's top and within the pad's outline are silicone."""
         in_target, in_cover = (inside_outline(each, places, 0.0) for each in (self.target, self.cover))
         z = places[:, 2]
-        return np.asarray((z < self.low) | (in_cover & (~in_target | (z > self.high))))
+        return (z < self.low) | (in_cover & (~in_target | (z > self.high)))
 
 
 def hollowed(

@@ -158,7 +158,7 @@ def _nodes(edges: Array, order: int) -> Array:
 def _points(edges: Array, order: int) -> Array:
     """Return the Gauss points of all cells, shape (cells, points)."""
     points = np.polynomial.legendre.leggauss(order + _BEYOND)[0]
-    return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * (points + 1.0) / 2)
+    return edges[:-1, None] + np.diff(edges)[:, None] * (points + 1.0) / 2
 
 
 def _forms(edges: Array, order: int, span: tuple[float, float] | None = None, *, radial: bool = False) -> _Forms:

@@ -19,7 +19,7 @@ import numpy as np
 
 from sits_mech.geometry.windings import Sections
 from sits_mech.magnetics.modes import skin_depth
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, integrals
 
 _FAR = 20.0  # of the discs' radius, or half height
 _SKIN, _EDGE = 0.7, 0.5  # first cell over skin depth, over thickness
@@ -120,8 +120,7 @@ def _joined(corners: Array, size: Callable[[Array], Array]) -> Array:
     parts = [corners[:1]]
     for start, stop in zip(corners[:-1], corners[1:], strict=True):
         x = np.unique(np.concatenate([near[(near > start) & (near < stop)], np.linspace(start, stop, _SAMPLES)]))
-        density = 1.0 / size(x)
-        count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(x))])
+        count = integrals(1.0 / size(x), x)
         cells = np.linspace(0.0, count[-1], max(1, int(np.ceil(count[-1]))) + 1)[1:-1]
         parts += [np.interp(cells, count, x), np.array([stop])]
     return np.concatenate(parts)

@@ -176,4 +176,4 @@ def _mutual_error(tracks: Tracks, L0: Array) -> Array:
         area = abs(float(rings.signs @ (np.pi * rings.radius**2)))
         up = response.linear[: len(rings.radius)].sum().imag / omega
         shares.append(abs(float(up)) / area)
-    return np.asarray(np.abs(L0 - np.diag(np.diag(L0))) * np.add.outer(shares, shares))
+    return np.abs(L0 - np.diag(np.diag(L0))) * np.add.outer(shares, shares)

@@ -173,7 +173,7 @@ def _by_balls(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved, 
 
 def _in_space(coils: Sequence[Coil], far: Sequence[Conductor], solved: _Solved, L: float) -> _Far:
     """Return far conductors as ellipsoids and balls."""
-    bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far]).reshape(-1, 3)
+    bodies, middle = [body_around(part) for part in far], np.array([part.centre for part in far])
     own = [[_own_strength(coil, part) for coil in coils] for part in far]
     kappa = [_kappa(body, place, solved) for body, place in zip(bodies, middle, strict=True)]
     return _Far(np.array(own) / math.sqrt(L), np.stack(kappa, axis=-1), _pairs(bodies, middle))

@@ -156,7 +156,7 @@ def _potentials(whole: _Prepared, part: HalfSurface, seen: Posed) -> Array:
     flat = points.reshape(-1, 3) + (0.0, 0.0, whole.metal.thickness / 2)
     found = np.empty((len(flat), 3, len(seen.places), len(seen.coils)))
     for c, A in enumerate(seen.potentials(flat, whole.clearance)):
-        found[..., c] = np.moveaxis(np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ A, 0, 2).swapaxes(0, 1)
+        found[..., c] = np.moveaxis(seen.turned_back(A), 0, 2).swapaxes(0, 1)
     return found.reshape(*points.shape, -1)
 
 

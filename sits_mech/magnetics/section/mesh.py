@@ -22,7 +22,7 @@ from skfem import MeshTri
 
 from sits_mech.geometry.meshing.unstructured import fill_between
 from sits_mech.geometry.plates import PlateSection
-from sits_mech.quantities import Array, Complex, Integers
+from sits_mech.quantities import Array, Complex, Integers, integrals
 from sits_mech.units import millimetres as mm
 
 _SMALLEST = 1e-7  # first cell at least this share of a plate's length: finer skins are not resolved
@@ -129,8 +129,7 @@ def graded_nodes(length: float, size: Callable[[Array], Array], first: float) ->
     inner = np.geomspace(min(first / 4, 5e-3 * length), length / 2, 400)
     half = np.unique(np.concatenate([[0.0], inner, np.linspace(0.0, length / 2, 800)]))
     samples = np.concatenate([half, length - half[-2::-1]])
-    density = 1.0 / size(samples)
-    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(samples))])
+    count = integrals(1.0 / size(samples), samples)
     nodes = np.interp(np.linspace(0.0, count[-1], max(2, int(np.ceil(count[-1]))) + 1), count, samples)
     nodes[[0, -1]] = 0.0, length
     return np.asarray(nodes)

@@ -41,7 +41,7 @@ class Box:
         """Return the coefficients of fields from values at the points, (..., q), in the same order."""
         first, second, third = map(to_coefficients, self.order)
         across = values.reshape(-1, len(second) * len(third)) @ np.kron(second, third).T
-        return np.asarray((first @ across.reshape(-1, len(first), across.shape[1])).reshape(values.shape))
+        return (first @ across.reshape(-1, len(first), across.shape[1])).reshape(values.shape)
 
 
 def chebyshev_points(order: int) -> Array:

@@ -187,7 +187,7 @@ def _near_rim(plan: CellPlan, centre: Array, depth: float) -> Mask:
         offset = centre[k : k + _BLOCK, None, :] - start
         share = np.clip((offset * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-300), 0.0, 1.0)
         distance[k : k + _BLOCK] = np.linalg.norm(offset - share[..., None] * along, axis=-1).min(1)
-    return np.asarray(touching | (distance < depth))
+    return touching | (distance < depth)
 
 
 def _tree_flux(plan: CellPlan, seams: Seams, character: Complex, at_rim: Mask) -> sp.csr_array:

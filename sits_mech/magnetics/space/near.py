@@ -170,7 +170,9 @@ def prepare_near(
     found: list[dict[_Key, Any]] = []
     bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
-    _check_at_rest(sources, [divisions[k] for k in set(alike)])
+    if sources is not None:
+        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
+        check_straight(sources.coils, sources.windings, sources.distance, points)
     for division, first in zip(divisions, alike, strict=True):
         classes = problems(*division, metal[1])
         each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
@@ -262,13 +264,6 @@ def _answer(plate: Near, induced: Sequence[Array], omega: float) -> Complex:
         if part.columns.size:
             result[..., n + part.columns] += part.reduced.reaction(a, omega, part.seen)
     return result
-
-
-def _check_at_rest(sources: Sources | None, different: Sequence[tuple[CellPlan, Array]]) -> None:
-    """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
-    if sources is not None:
-        points = sum(sources.points(plan, stacked(plan, levels)) for plan, levels in different)
-        check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
 def _at_once(divisions: Sequence[Near], plates: Collection[Near], seen: Posed) -> int:

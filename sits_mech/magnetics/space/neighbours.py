@@ -85,7 +85,7 @@ class _Together:
     def __matmul__(self, columns: Complex) -> Complex:
         """Return S / (j omega)^2 times columns (k, m)."""
         driven = np.concatenate([Y @ columns[own] for own, Y in self.alone])
-        return np.asarray(lu_solve(self.factor, driven, overwrite_b=True, check_finite=False))
+        return lu_solve(self.factor, driven, overwrite_b=True, check_finite=False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,7 @@ def around_holes(parts: Sequence[PlacedPlate], coils: Posed, clearance: float, o
         r = plate.hole / 2 + wide * (1.0 + x)
         points = r[:, None, None] * way.T + (0.0, 0.0, plate.thickness / 2)
         for A in seen.potentials(points.reshape(-1, 3), clearance):
-            own = (np.swapaxes(seen.turns[:, : A.shape[1]], 1, 2) @ A).reshape(-1, 3, r.size, angle.size)
+            own = seen.turned_back(A).reshape(-1, 3, r.size, angle.size)
             means.append(np.einsum("parx,ax->pr", own, along) / angle.size)
         A_phi, losses = np.stack(means, axis=1), plate.thickness * omega**2 * plate.metal.conductivity
         found = found + (A_phi * (2 * np.pi * r * w * wide * losses)) @ np.swapaxes(A_phi, 1, 2)

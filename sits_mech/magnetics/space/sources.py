@@ -130,8 +130,11 @@ class Posed:
         fields = [winding_potential(kind, self.windings, region, len(points), self.step) for kind in kinds]
         for kind, centre in zip(which, centres, strict=True):
             A = fields[kind](world - centre[:, None])
-            own = np.swapaxes(self.turns[:, : A.shape[1]], 1, 2)
-            yield A if lifted is None else self.turns @ lifted.met(own @ A)
+            yield A if lifted is None else self.turns @ lifted.met(self.turned_back(A))
+
+    def turned_back(self, A: Array) -> Array:
+        """Return A as of `potentials` in the plate's own axes, (p, 3, q)."""
+        return np.swapaxes(self.turns[:, : A.shape[1]], 1, 2) @ A
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +212,7 @@ class PlateCells:
             for c, A in enumerate(own.potentials(points.reshape(-1, 3), self.box.clearance)):
                 weighted = A.reshape(*A.shape[:2], *points.shape[:2]) * weights
                 sums = np.add.reduceat(weighted, first, axis=3).reshape(*A.shape[:2], -1)
-                part[:, c] = (np.swapaxes(own.turns[:, : A.shape[1]], 1, 2) @ sums).reshape(part[:, c].shape)
+                part[:, c] = own.turned_back(sums).reshape(part[:, c].shape)
         if half:
             found[:, :, :, g // 2 :] = found[:, :, :, : g // 2] * np.reshape((-1.0, 1.0, -1.0), (3, 1, 1, 1))
         return found

@@ -67,12 +67,12 @@ class Level:
     def at(self, points: Array) -> Array:
         """Return N of the surface, (p, x, y), at points (p, 2)."""
         x, y = (_quadratics(own, points[:, k]) for k, own in enumerate(self.surface[:2]))
-        return np.asarray(x[:, :, None] * y[:, None])
+        return x[:, :, None] * y[:, None]
 
     def work(self, f: Array) -> Array:
         """Return U^T f, (m, ...), of nodal forces (d n, ...)."""
         on_bonded = np.tensordot(self.shapes, f[self.body.bonded], axes=((0, 1), (0, 1)))
-        return np.asarray(on_bonded + self.factor.by_q.T @ f[self.body.pattern.free])
+        return on_bonded + self.factor.by_q.T @ f[self.body.pattern.free]
 
     def displaced(self, q: Array, f: Array) -> Array:
         """Return u of the module docstring, (d n,)."""
@@ -139,4 +139,4 @@ def _slopes(w: Array, lines: Array, axis: int, missing: Mask) -> Array:
     before, after = ((each.take([0], axis), each), (each, each.take([-1], axis)))
     for own in (np.concatenate(before, axis), np.concatenate(after, axis), np.zeros_like(w)):
         found = np.where(np.isnan(found), own, found)
-    return np.asarray(found)
+    return found

@@ -199,4 +199,4 @@ def _compliance(cells: Cells, level: Level) -> Array:
     for k, plate in enumerate(cells.plates):
         work = np.stack([work_of_load(unit, plate.load_height / t, np.zeros(6)) for unit in np.eye(6)], axis=1)
         C[:, :, k] = C[:, :, k] @ (work / scales.loads)
-    return np.asarray(C * scales.lengths[:, None, None])
+    return C * scales.lengths[:, None, None]

@@ -78,4 +78,4 @@ def off_axis_stiffness(
     if factor is None:
         return np.full((2, 2), np.nan)
     C, D = own.sides((stiffness,), T.reshape(-1, 2))
-    return np.asarray(D + np.diag([0.0, turning]) - C.T @ factor.solve(C))
+    return D + np.diag([0.0, turning]) - C.T @ factor.solve(C)

@@ -123,8 +123,7 @@ class SelfContact:
             return self
         close = every.away < _MARGIN
         wider = _faces(skin, every.points[close], every.facets[close])
-        kept = np.zeros((0, 2), dtype=np.int64) if self.pairs is None else self.pairs
-        return replace(self, pairs=np.unique(np.concatenate([needed, wider, kept]), axis=0))
+        return replace(self, pairs=np.unique(np.concatenate([needed, wider, self._of_pairs]), axis=0))
 
     @cached_property
     def _numbers(self) -> Integers:

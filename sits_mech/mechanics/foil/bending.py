@@ -100,7 +100,7 @@ class BondedPlate:
         at = _shapes(self.target, self.degrees, self.places)
         nu, xx, yy, xy = self.target.poisson, *((each * self.areas[:, None]).T for each in at[3:])
         both = (xx + yy) @ (at.xx + at.yy)
-        return np.asarray(both - (1.0 - nu) * (xx @ at.yy + yy @ at.xx - 2.0 * xy @ at.xy))
+        return both - (1.0 - nu) * (xx @ at.yy + yy @ at.xx - 2.0 * xy @ at.xy)
 
     def heights(self, places: Array) -> Array:
         """Return how q and a move places (n, 2) upwards, shape (n, 6 + m)."""

@@ -64,7 +64,6 @@ dual weighted residuals.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial, wraps
 from typing import Concatenate, NamedTuple, ParamSpec
@@ -208,15 +207,14 @@ class Levels:
         return second * second / (first or 1.0) if self.flush and not self.fine.parts else 0.0
 
     def folding(self, states: tuple[State, State]) -> Levels:
-        """Return the family by the order that its corners show under a load."""
+        """Return the family, of the same layers, by the order that its corners show under a load."""
         folds = float(np.interp(self.corner(states), _SLOWS, (0.0, 1.0)))
         if folds == 0.0:
             return self
-        found, terms = copy(self), self.terms ** [1.0 - folds * (1.0 - _SLOWED), 1.0]
+        terms = self.terms ** [1.0 - folds * (1.0 - _SLOWED), 1.0]
         was, now = (each[1, 0] / (each[0, 0] - each[1, 0]) for each in (self.terms, terms))
         opens, share, sideways = (1.0 - folds) * self.opens, max(self.share, folds), self.sideways * was / now
-        found.__dict__.update(terms=terms, opens=opens, share=share, sideways=sideways)
-        return found
+        return replace(self, terms=terms, opens=opens, share=share, sideways=sideways)
 
     def foreseen(self, limit: Limit, level: int, last: int | None = None) -> Limit:
         """Return the limit of the levels before one as that one, or a later `last`, leaves it: parts as the terms are.

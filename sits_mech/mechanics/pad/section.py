@@ -229,7 +229,9 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     if cover is not None:
         X[:, 2] = z[top] - 1.0
         line = covered_faces(mesh, half_layer, cover)
-        return _Numbered(mesh, free, bonded, X, _around(mesh, outline, line), (("ground", edge_points(mesh, [line])),))
+        none = np.zeros(0, dtype=np.int64)  # of the free faces can meet the target
+        around = Faces(line[1:] if mesh.hoop else line[1:-1], none, none, outline, (line,), section_skin(mesh, (line,)))
+        return _Numbered(mesh, free, bonded, X, around, (("ground", edge_points(mesh, [line])),))
     sides, upper = side_faces(mesh), top_faces(mesh, half)
     inner = np.concatenate([face[1:-1] for face in sides])
     above = np.concatenate([np.zeros(0, dtype=np.int64), *(face[1:] for face in upper)])
@@ -240,12 +242,6 @@ def _numbered(section: Section, cells: int, grading: float, fan: bool, axial: bo
     ground, other = edge_points(mesh, sides), edge_points(mesh, upper) if upper else edge_points(mesh, sides)
     surfaces: tuple[tuple[Plane, Surface], ...] = (("ground", ground), ("wall" if upper else "plane", other))
     return _Numbered(mesh, free, bonded, X, faces, surfaces)
-
-
-def _around(mesh: MixedMesh, target: PlateOutline, line: Integers) -> Faces:
-    """Return the free faces of a covered layer along a line, none of which can meet the target."""
-    none = np.zeros(0, dtype=np.int64)
-    return Faces(line[1:] if mesh.hoop else line[1:-1], none, none, target, (line,), section_skin(mesh, (line,)))
 
 
 def _parts(own: _Numbered, guard: float, depth: float, friction: float = 0.0) -> tuple[Part, ...]:

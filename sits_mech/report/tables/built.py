@@ -37,7 +37,7 @@ def force_errors(found: Adaptation) -> tuple[Array, Array]:
 def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
     """Return what readings say for a program, SI."""
     prior, before, after = found.prior, *force_errors(found)
-    known = {each.name: each for each in prior.setup.parameters}
+    known, strong = {each.name: each for each in prior.setup.parameters}, found.correlation
     unknowns = {
         name: {"value": float(value), "deviation": float(deviation), "known": known[name].value,
                "known_deviation": known[name].deviation, "identified": name in found.identified}
@@ -46,7 +46,10 @@ def adaptation_record(found: Adaptation, mistake: str = "") -> dict[str, Any]:
     return {
         "convention": convention(prior.sensor, other_idle=found.other_idle),
         "unknowns": unknowns,
-        "alike": [list(pair) for pair in _alike(found)],
+        "alike": [  # pairs that the readings do not tell apart, with their correlation
+            [found.names[i], found.names[j], round(float(strong[i, j]), 3)]
+            for i in range(len(prior.setup.parameters)) for j in range(i) if abs(strong[i, j]) > _STRONG
+        ],
         "p_value": found.p_value,
         "p_structured": found.p_structured,
         "freedom": found.freedom,
@@ -98,15 +101,6 @@ def verdict(record: dict[str, Any]) -> str:
         why = "no unknown explains what is left: hysteresis, drift, another law, or a sensor of another kind"
         return f"hardly, p = {min(p, structured):.1g}: {why}"
     return f"hardly, p = {p:.1g}: readings of another sensor, or an unknown beyond what was known of it"
-
-
-def _alike(found: Adaptation) -> list[tuple[str, str, float]]:
-    """Return pairs of unknowns that the readings do not tell apart, with their correlation."""
-    count, strong = len(found.prior.setup.parameters), found.correlation
-    return [
-        (found.names[i], found.names[j], round(float(strong[i, j]), 3))
-        for i in range(count) for j in range(i) if abs(strong[i, j]) > _STRONG
-    ]
 
 
 def adapt_plan_record(plan: LoadPlan) -> dict[str, Any]:

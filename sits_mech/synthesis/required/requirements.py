@@ -173,8 +173,7 @@ def _check_temperature(space: Space, sensor: Sensor) -> None:
     """Refuse a drift of parts whose coefficients are not known."""
     for key in ("elastomer.material", "target.material"):
         for other in _of_each(space, sensor, key):
-            words = unknown_coefficients(other)
-            if words:
+            if words := unknown_coefficients(other):
                 raise SceneError(f"drift: {words}")
 
 
