@@ -2,7 +2,7 @@
 
 Of windings at a distance d, whose field changes over a length l, the slope bends at their ends by 1/l within d. Linear
 functions on cells h long are h^2/(l d) off there: the finer cells follow sqrt(l d). Only where they are about as short
-as d do two divisions show it; else the estimated error grows like (h/d)^2. At a thick part's rim the potential goes like
+as d do two divisions show it; else the estimated error grows like (h/d)^2. At a thick rim the potential goes like
 r^q, q from 2/3: what cells there leave falls like h^(2 q) only, and may cancel in the step. They are a tenth of others.
 """
 
