@@ -2,7 +2,8 @@
 
 Of windings at a distance d, whose field changes over a length l, the slope bends at their ends by 1/l within d. Linear
 functions on cells h long are h^2/(l d) off there: the finer cells follow sqrt(l d). Only where they are about as short
-as d do two divisions show it; else the estimated error grows like (h/d)^2.
+as d do two divisions show it; else the estimated error grows like (h/d)^2. At a thick rim the potential goes like
+r^q, q from 2/3: what cells there leave falls like h^(2 q) only, and may cancel in the step. They are a tenth of others.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ from sits_mech.memory import GIB, MEMORY, beyond_memory, check_seconds
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import Coil, Conductor, Target
 
-_ALONG = Grading(first=0.4, growth=2.2, largest=1.0)  # first over the thickness, largest over the field's length
+_ALONG = Grading(first=0.4, growth=3.0, largest=1.0)  # first over the thickness, largest over the field's length
 _LEVELS = {"smooth": (4, 2), "outline": (3, 2)}  # parts of the cells of two divisions, the finer first
 _LEFT = 1.0, 0.2  # estimated error over what is extrapolated, of outlines and of smooth maps
 _MIDDLE, _PER_DIGIT = 8.0, 0.2  # digits of a rung, by which cells shrink
 _SHOWN = 2.5  # cells over d from which (h/d)^2 counts: 0.026 of it were missed at most of the step
-_WIDEST, _RIM = 0.25, 0.4  # the largest over the half width; that at the rim over it, at most
+_WIDEST, _RIM = 0.25, 0.1  # the largest over the half width; that at the rim over it, at most
 _SECTORS, _MORE = 32, 3  # of a disc on the coarser division, and at most times as many where it is wide
 _PAIR, _CUBE = 6e-7, 6e-10  # s that two triangles take, and a class, over its triangles' cube
 _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far away; its permeability
