@@ -72,7 +72,7 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
     >>> touch = 'touch={shape="sphere", radius="10 mm", depth="0.1 mm"}'
     >>> found = sm.touch_load(sm.load_sensor("biorob2018-w15", [touch]), mechanics="linear", tolerance=0.1)
     >>> round(found.wrench.F_z, 2), round(found.found.error_F_z, 2)
-    (2.02, 0.21)
+    (2.02, 0.23)
     """
     touch = sensor.touch
     if touch is None or touch.force is touch.depth is None:

@@ -18,10 +18,9 @@ do not look at it). Every run of this package begins with its caches empty.
 Neither code is a dependency: install ``felupe`` and ``ngsolve`` beside the package to run it; what is missing is named
 and left out. A picture shows error against time; `--beside` draws the package's answers of another run, such as that of
 an older commit, as well. Combined loads on biorob2018 that have a reference are drawn in one panel, beside NGSolve's
-fastest meshes and this package at commit 1c7001c7, before cells at rims were eliminated. The numbers of that panel in
-the documentation are those of common/three_loads.csv, one run on one machine in which both versions took turns (the
-older one by the same calls of its own `block_pad`); `--stored` draws them anew, nothing is solved. Run
-``python -m benchmarks.other_codes [--coarse] [--beside CSV] --output DIR``; `--only "0.3 N, 1 N"` takes one load.
+fastest meshes; `--stored` draws those of common/three_loads.csv, one run in which commit 1c7001c7, before cells at rims
+were eliminated, took turns with the next version. `--only "0.3 N, 1 N"` takes one load. Run
+``python -m benchmarks.other_codes [--coarse] [--beside CSV] --output DIR``.
 """
 
 from __future__ import annotations
@@ -59,7 +58,6 @@ THREE = {  # as far as they have a reference
 }
 LOADS = {"plane": "layer, sheared and pressed", "space": "biorob2018-w15, 0.5 N and 2 N", **THREE}
 OWN, ASKED = "sits_mech", "with an estimate"
-BEFORE = f"{OWN} 1c7001c7"
 STORED = Path(__file__).parents[1] / "common" / "three_loads.csv"
 BELOW = 1e-2  # error that counts for "one solve"
 LONG = 2.0  # seconds of a solve that is run once
@@ -199,10 +197,8 @@ def front(lines: Sequence[Line]) -> list[Line]:
 
 def distinct(lines: Sequence[Line]) -> list[Line]:
     """Return the fastest of the solves that end on the same mesh, in the order of their times."""
-    kept: dict[int, Line] = {}
-    for line in sorted(lines, key=lambda line: line.seconds):
-        kept.setdefault(line.unknowns, line)
-    return list(kept.values())
+    fastest = {line.unknowns: line for line in sorted(lines, key=lambda line: -line.seconds)}
+    return sorted(fastest.values(), key=lambda line: line.seconds)
 
 
 def seconds_at(lines: Sequence[Line], error: float) -> tuple[float, bool]:
@@ -229,8 +225,7 @@ def ratios(lines: Sequence[Line], sure: float = 0.0) -> Iterator[str]:
         words, best = f"{'' if reached else 'at least '}{seconds / whole.seconds:.2g}", front(own)[-1]
         yield f"{load}: {code}, ratio {ASKED}: {words}; most exact {_mesh(best)}"
         good = [line for line in own if line.error <= BELOW]
-        if good and one:
-            fast = min(good, key=lambda line: line.seconds)
+        if good and one and (fast := min(good, key=lambda line: line.seconds)):
             yield f"{load}: {code}, ratio one solve: {fast.seconds / one.seconds:.2g}; {_mesh(fast)}"
 
 
@@ -262,11 +257,10 @@ def draw(lines: Sequence[Line], before: Sequence[Line], path: Path) -> None:
 def three_figure(lines: Sequence[Line]) -> Figure:
     """Draw the loads of `THREE` in one panel: this package, the same before if it is there, and NGSolve, a line a load.
 
-    Of this package every mesh that a tolerance led to is drawn, of NGSolve the fastest ones. Bars are the reference's
-    own error, which is the same for all marks of a load.
+    Of this package every mesh that a tolerance led to is drawn, of NGSolve the fastest; bars: error of the reference.
     """
     groups = {
-        "before": ("0.5", [one for one in lines if one.code == BEFORE]),
+        "before": ("0.5", [one for one in lines if one.code.startswith(f"{OWN} ")]),
         "sits-mech": ("C0", [one for one in lines if one.code == OWN and one.element == ASKED]),
         "NGSolve": ("C1", [one for one in lines if one.code == "NGSolve"]),
     }
@@ -342,7 +336,8 @@ def main() -> None:
     if first:
         draw(first, before, options.output / "other_codes.png")
     if three:
-        older = [replace(one, code=BEFORE) for one in before if one.code == OWN and one.element == ASKED]
+        own = (one for one in before if one.code == OWN and one.element == ASKED)
+        older = [replace(one, code=f"{OWN} {options.beside.stem}") for one in own]
         save_figure(three_figure([*three, *older]), options.output / "three_loads.png")
     every = {load: [line for line in lines if line.load == load] for load in LOADS}
     words = [one for load, own in every.items() if own for one in ratios(own, asked_of(load).sure)]

@@ -170,9 +170,7 @@ def prepare_near(
     found: list[dict[_Key, Any]] = []
     bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
-    if sources is not None:
-        points = sum(sources.points(divisions[k][0], stacked(*divisions[k])) for k in set(alike))
-        check_straight(sources.coils, sources.windings, sources.distance, points)
+    _check_at_rest(sources, [divisions[k] for k in set(alike)])
     for division, first in zip(divisions, alike, strict=True):
         classes = problems(*division, metal[1])
         each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
@@ -186,9 +184,14 @@ def prepare_near(
     )
 
 
-def _numbered(
-    classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: int
-) -> tuple[Any, ...]:
+def _check_at_rest(sources: Sources | None, different: Sequence[tuple[CellPlan, Array]]) -> None:
+    """Refuse coils of straight tracks whose field on a plate at rest takes too long."""
+    if sources is not None:
+        points = sum(sources.points(plan, stacked(plan, levels)) for plan, levels in different)
+        check_straight(sources.coils, sources.windings, sources.distance, points)
+
+
+def _numbered(classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: int) -> tuple[Any, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
     *each, last = row_places([*(basis.size for basis in bases.values()), coils])
     columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
