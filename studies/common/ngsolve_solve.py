@@ -93,23 +93,23 @@ def family_limit(case: Case, first: tuple[list[int], list[Array]], others: tuple
 
     What an error of order p leaves on the last two of meshes m is ``(q_2 - q_1)/((m_2/m_1)^p - 1)``. The error is also
     what is left by the order that the singular edge should show, 2, in place of the measured one. Of a family that is
-    meant to have two meshes 2, or of flush pads 2.38, stands for the measured order, and 2.38, or 2, for the other; of
-    flush pads whose corners a shear folds 1.5 and 2 (levels/family.py: h^0.75). One mesh of the other elements is taken
-    as it is: what it leaves is in the difference.
+    meant to have two meshes 2, or of flush pads 2.38, stands for the measured order, and 2.38, or 2, for the other: of
+    flush pads that are sheared 1.5, since how slowly their corners converge is not known from two meshes. One mesh of
+    the other elements is taken as it is: what it leaves is in the difference.
     """
     flush = case.pad[0] <= case.bond[0] or case.pad[1] <= case.bond[1]
     lever, found = np.array([1.0, 1.0, 0.5 * case.target[0]]), []
     for (order, meant), (sizes, row) in zip(case.meshes.items(), (first, others), strict=True):
         if len(row) < min(3, len(meant)):
             raise ArithmeticError(f"{case.name}: Q{order} carried the load on {len(row)} meshes of {len(meant)}")
-        meant_order = 1.5 if flush and case.load[0] else 2.0 + 0.38 * flush
-        shown = measured_order(sizes[-3:], [one * lever for one in row[-3:]]) if len(row) > 2 else meant_order
-        orders = (shown, 2.0 if shown != 2.0 else 2.38)
+        orders = (2.38, 1.5 if case.load[0] else 2.0) if flush else (2.0, 2.38)
+        if len(row) > 2:
+            orders = (measured_order(sizes[-3:], [one * lever for one in row[-3:]]), 2.0)
         if len(row) == 1:
             found.append((row * 2, f"Q{order}/P{order - 1}, base cells in {sizes[0]} part"))
             continue
         ends = [row[-1] + (row[-1] - row[-2]) / ((sizes[-1] / sizes[-2]) ** p - 1.0) for p in orders]
-        words = f"Q{order}/P{order - 1}, base cells in {sizes[-3:][0]} to {sizes[-1]} parts, order {shown:.2g}"
+        words = f"Q{order}/P{order - 1}, base cells in {sizes[-3:][0]} to {sizes[-1]} parts, order {orders[0]:.2g}"
         found.append((ends, words))
     (value, other), words = found[0]
     size = float(np.max(np.abs(value) * lever))

@@ -56,7 +56,7 @@ def errors_of(difference: Array, share: float, lever: Array | float = 1.0) -> Ar
     return np.maximum(difference, floor)
 
 
-def relative(error: Array, moved: Array, lever: Array) -> float:
+def relative(error: Array, moved: Array, lever: Array | float = 1.0) -> float:
     """Return the largest error over the displacement; an angle counts at the target's end."""
     size = float(np.max(np.abs(moved) * lever))
     return float(np.max(error * lever)) / size if size > 0.0 else 0.0
@@ -146,7 +146,7 @@ def extrapolated_equilibrium(
     lever = body.reach(scales.thickness)[:k]
     weight = body.levers  # of q in thicknesses at the target's end, 1 over that of a load
     moved, holding = (fine.q * weight)[~held], (fine.load / weight)[held]
-    size = [max(float(np.max(np.abs(own), initial=0.0)), 1e-300) for own in (moved, holding)]
+    size = [float(np.max(np.abs(own), initial=1e-300)) for own in (moved, holding)]
     largest = float(np.max(np.abs(fine.load / weight)))
     size[1] = max(size[1], (_ROUNDING if given else 1.0) * largest)  # what holds out of the plane is of uneven cells
     unit, share = np.where(held, size[1] * weight, size[0] / weight), levels.least_share(-float(fine.q[1]))
@@ -190,7 +190,7 @@ def extrapolated_equilibrium(
     before, strained = (layer_stretch(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, share)) * unit * scales.lengths[:k]
     q, load = np.where(held, fine.q, best.value * unit), np.where(held, best.value * unit, fine.load)
-    off = float(np.max(best.error)) / max(float(np.max(np.abs(best.value))), 1e-300) if np.any(best.value) else 0.0
+    off = relative(best.error, best.value)
     beneath = ground_notes(sensor, scales.pose(q))
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever

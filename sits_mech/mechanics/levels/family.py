@@ -41,7 +41,8 @@ are up to 3.7 times the estimated ones on ten of those pads, by 50 0.1 to 0.85 o
 
 At a corner of a flush pad displacements go as ``r f(theta)`` under load, strains of their own in every direction, which
 bricks do not follow (element/mesh.py): first their edge's term falls more slowly, then they fold, J to 0.1 and less,
-into rests beyond the true one that are not unique. By x = (ln J_2)**2/-ln J_1, what -ln J would be on a third level,
+into rests beyond the true one that are not unique. By x = (ln J_2)**2/-ln J_1, what -ln J would be on a third level
+(it grows 1.9 to 2.6 times; where a pull leaves J_1 near 1, x is 2.6 of -ln J_2),
 the term goes as h**1.19 of the cell to x = 0.25, as without load, and as h**0.75 from 0.5 on; a third level is solved
 to 1.2. (What two levels of seven sheared squares leave of d_h is 0.46 to 0.7 of their difference: 0.55 by 0.75, 0.24 by
 1.19; of z of pressed discs 0.13 to 0.23, 0.27 to 0.44 in between, 0.41 to 0.56, beside meshes of triangles or prisms
@@ -91,6 +92,7 @@ _IN_CONTACT = 2.2  # times the largest term that a sequence in contact shows
 _UNSURE = 0.5  # of what extrapolation adds, by more levels than two: the powers may be off
 _CREASED = 0.2  # J foreseen on a third level, from which on it pays: at 0.24 it rested, not at 0.17, late at 0.16
 _FOLDS = 1.2  # -ln J foreseen there at the corners of a flush pad: from 1.3 on J came to 0.06 to 0.19, to 0.26 at 1.0
+_GREW = 2.6  # times -ln J at most from level to level where corners fold; up to any where a pull nearly undoes a fold
 _SLOWS = (0.25, 0.5)  # the same, between which the edge's order falls,
 _SLOWED = 0.63  # by so much: 0.75/1.19
 
@@ -204,7 +206,8 @@ class Levels:
     def corner(self, states: tuple[State, State]) -> float:
         """Return x, -ln J foreseen on a third level at the corners of a flush pad that touches nothing; else 0."""
         first, second = (max(0.0, -float(np.log(state.min_J))) for state in states)
-        return second * second / (first or 1.0) if self.flush and not self.fine.parts else 0.0
+        least = max(first, second / _GREW, 1e-300)
+        return second * second / least if self.flush and not self.fine.parts else 0.0
 
     def folding(self, states: tuple[State, State]) -> Levels:
         """Return the family, of the same layers, by the order that its corners show under a load."""

@@ -74,11 +74,6 @@ class Family:
     small: int = 0  # levels with a compliance at small strain, else 0
     sideways: bool = False  # include F_y, M_x, M_z of half a pad: one more factor a level
 
-    @property
-    def count(self) -> int:
-        """Number of levels the pose is extrapolated from."""
-        return self.small or len(self.states)
-
 
 @dataclass(frozen=True)
 class PoseSlopes:
@@ -106,11 +101,6 @@ class _Level(NamedTuple):
     def q(self) -> Array:
         """Motion of the target."""
         return self.state.q
-
-    @property
-    def turned(self) -> Array:
-        """Motion at which the load works, shape (6,); zero at small strain."""
-        return np.zeros(6) if self.small else all_six(self.q)
 
     def work(self, body: Bonded, load: Array) -> Array:
         """Return the virtual work of residual forces in a body with the same cells, shape (k,)."""
@@ -152,7 +142,7 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
     stencils = [each.stencil(lambda sensor: family.levels.changed(sensor, 0) is not None) for each in parameters]
     levels: list[_Level] = []
     by_load, by_each = [], []
-    for number in range(family.count):
+    for number in range(family.small or len(family.states)):
         level = _linearised(family, number, found)
         if level is None:
             if number > 1:
@@ -254,7 +244,8 @@ def _along_motions(body: Bonded, here: State, B: Array) -> tuple[Array, Array]:
 def _by_load(level: _Level) -> Array:
     """Return motion increments by load components, shape (6, 6), scaled; zero where unknown."""
     k, found = len(level.S), np.zeros((6, 6))
-    work = np.stack([work_of_load(unit, level.body.height, level.turned) for unit in np.eye(6)], axis=1)
+    turned = np.zeros(6) if level.small else all_six(level.q)  # where the load works
+    work = np.stack([work_of_load(unit, level.body.height, turned) for unit in np.eye(6)], axis=1)
     if level.body.mesh.hoop and level.hidden is not None:
         found[1, 1], other = work[1, 1] / level.S[1, 1], np.array([[1.0, -1.0], [-1.0, 1.0]])
         for own, S in (([3, 4], level.hidden), ([0, 2], other * level.hidden)):  # alpha_x against alpha
@@ -296,7 +287,7 @@ def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> flo
     """Return the part of the pose's error beyond that of the meshes, over the displacement."""
     lever, sunk = family.levels.fine.reach()[: len(levels[0].S)], family.levels.fine.sunk(levels[1].q)
     limit = family.levels.limit([level.q * lever for level in levels], sunk=sunk)
-    return max(found.report.estimated_error - relative(limit.error, limit.value, np.ones(1)), 0.0)
+    return max(found.report.estimated_error - relative(limit.error, limit.value), 0.0)
 
 
 def _limit(

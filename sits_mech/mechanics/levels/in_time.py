@@ -114,7 +114,11 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
                     raise
                 return
 
-    walks, large = refine(levels, walked(), lambda walks: _limits(levels, first, walks).relative <= asked, count)
+    def enough(walks: list[_Walk]) -> bool:
+        """Whether the limit of some walks will do, or a further one would crease."""
+        return _limits(levels, first, walks).relative <= asked or levels.creased((walks[0].least, walks[1].least))
+
+    walks, large = refine(levels, walked(), enough, count)
     return _motion(line, levels, first, walks, large), any(walk.touches for walk in walks)
 
 
@@ -130,6 +134,7 @@ class _Limits(NamedTuple):
 def _limits(levels: Levels, first: _First, walks: Sequence[_Walk]) -> _Limits:
     """Extrapolate some walks at each time; errors over the largest displacement, or load, of the history."""
     gaps, pressed = np.array(first.gap), any(walk.pressed for walk in walks)
+    levels = levels.folding((walks[0].least, walks[1].least))
     late = [np.array(walk.found) + gaps * (1.0 if rough(levels.coarse) else 4.0) for walk in walks]
     q, load = first.both(late[-1])
     unit, values, errors = first.unit(q, load), [], []
@@ -161,8 +166,8 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
         notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
-        state.residual, found.relative, 0.0, "converged", tuple(notes), (), min(walk.min_J for walk in walks), stretch,
-        abs(stretch - before),
+        state.residual, found.relative, 0.0, "converged", tuple(notes), (),
+        min(walk.least.min_J for walk in walks), stretch, abs(stretch - before),
     )
     time, rows = np.array(first.time), np.array(first.rows)
     return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), last.values, report)
@@ -176,8 +181,8 @@ class _Walk:
         self.held, self.given = sides  # components that are held, those of them whose places are given
         self.found: list[Array] = []  # motion, or load where the place is given, (k,) each
         self.stretch: list[Stretched] = []
-        self.far = self.now.state  # farthest state
-        self.iterations, self.min_J = 0, np.inf
+        self.far = self.least = self.now.state  # farthest state; that of least J
+        self.iterations = 0
         self.touches = self.pressed = False
 
     @property
@@ -191,7 +196,7 @@ class _Walk:
         self.now, self.iterations = moment, self.iterations + iterations
         self.found.append(self.answer(state))
         self.far = max(self.far, state, key=lambda each: body.length(each.q))
-        self.min_J = min(self.min_J, state.min_J)
+        self.least = min(self.least, state, key=lambda each: each.min_J)
         self.stretch.append(layer_stretch(body, state.u))
         self.touches |= body.touching(state).touch
         self.pressed |= body.pressed(state)

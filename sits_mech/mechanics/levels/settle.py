@@ -27,7 +27,7 @@ from sits_mech.mechanics.equilibrium.control import Control
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path, PathEnd
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.face_contact import LEFT_SHARE, FaceContact, softened
-from sits_mech.mechanics.levels.answer import enlarged, scaled_control, starts, whole_error
+from sits_mech.mechanics.levels.answer import enlarged, relative, scaled_control, starts, whole_error
 from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import PAIR, Line
 from sits_mech.mechanics.levels.load_path import along, depends_on_path
@@ -206,7 +206,7 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     only = np.array([name.startswith("F") for name in vars(free.wrench)])[:k]
     away = np.abs(found.pose.components - line.scales.pose(np.zeros(k)).components)[:k]
     shares = (moved * lever[:k], away * lever[:k]), (forces[only], np.abs(found.wrench.components)[:k][only])
-    effect = max(float(np.max(part)) / max(float(np.max(whole)), 1e-300) for part, whole in shares)
+    effect = max(relative(part, whole) for part, whole in shares)
     error = found.error.components
     error[:k] += LEFT_SHARE * moved
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))

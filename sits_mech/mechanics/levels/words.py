@@ -27,7 +27,7 @@ def given_words(given: Mapping[str, Any]) -> str:
     return ", ".join([*([forces] * bool(forces)), *(f"{name} = {given[name]:.6g} {units[name]}" for name in units)])
 
 
-def carried_note(carried: tuple[Wrench, Wrench], limit: tuple[float, float], kind: NoteKind = NoteKind.CARRIED) -> Note:
+def carried_note(carried: tuple[Wrench, Wrench], limit: tuple[float, float], kind: NoteKind) -> Note:
     """Return the note on a largest load and its error, and on the share of what was asked with its error."""
     load, error = (vars(each) for each in carried)
     errors = {f"error_{name}": value for name, value in error.items()}
@@ -49,7 +49,7 @@ def carried_words(found: Mapping[str, Any]) -> str:
 def _law_words(note: Note) -> str:
     """Say what a law lacks at the stretch reached, and under which load a coarse mesh was there, if one was."""
     there = given_words(note.known)
-    return f"{layer_words(note)}, under {there} on a coarse mesh" if there else layer_words(note)
+    return layer_words(note) + f", under {there} on a coarse mesh" * bool(there)
 
 
 WORDS: Mapping[NoteKind, Callable[[Note], str]] = {

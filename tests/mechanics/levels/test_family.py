@@ -155,6 +155,14 @@ def test_corners_of_a_flush_pad_that_fold_converge_more_slowly(x, order):
     assert inside.folding(states) is inside
 
 
+@pytest.mark.parametrize("first", [0.996, 0.9998, 1.0, 1.005])
+def test_corners_that_a_pull_nearly_undoes_do_not_fold(first):
+    """-ln J of 0.04 on the second level does not fold, whatever of the first is left beside a pull."""
+    levels = pad_family(scene(20.0))[0]
+    states = at_least(first, 0.96)
+    assert levels.folding(states) is levels and not levels.creased(states)
+
+
 def test_levels_that_differ_at_the_edges_alone_own_to_as_much_inside():
     """Those of a family without its first; the third, divided inside, shows the limit of both terms."""
     whole = family("box")

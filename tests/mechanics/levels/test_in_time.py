@@ -165,6 +165,19 @@ def test_a_load_that_is_not_carried_ends_the_history():
     assert caught.value.report.status == "history ended"
 
 
+@pytest.mark.parametrize(("shear", "tolerance"), [(0.768, 3e-2), (1.2, 3e-3)])
+def test_corners_of_a_flush_pad_fold_in_histories_as_under_loads(shear, tolerance):
+    """A square of 8 mm, x = 1.0 and 1.7: by the order of corners that fold, and no third mesh that would fold."""
+    layer = block_pad(load_sensor("biorob2018", [
+        'elastomer={width="8 mm", length="8 mm", thickness="2 mm", contact="never", material={law="neo-hookean", '
+        'shear_modulus=3e4, bulk_modulus=1490100.0}}',
+    ]), tolerance)
+    found, slow = layer.in_time(history([0.0, 1.0], F_x=[0.0, shear])), layer.equilibrium(Wrench(F_x=shear))
+    assert dict(next(note for note in found.report.notes if note.kind is NoteKind.TIMES).numbers)["meshes"] == 2
+    assert found.pose.d_h[-1] == pytest.approx(slow.pose.d_h, rel=1e-4)
+    assert found.error.d_h[-1] > slow.error.d_h > 4e-3 * slow.pose.d_h
+
+
 def test_softening_begins_with_the_least_of_loads() -> None:
     """Without m, after a load that strains by 1e-5: the press that follows ends where it does without that load."""
     own = sensor(prony=PRONY, mullins={"r": 4.0, "m": 0.0, "beta": 1.0})
