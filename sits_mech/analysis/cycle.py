@@ -88,8 +88,7 @@ def load_cycle(
     curve = replace(curve, found=tuple(with_omissions(sensor, found, by_layer.name)))
     for item in curve.found:
         check_clearance(sensor, item.pose)
-    errors = np.array([item.error.components for item in curve.found])
-    poses = Bounded.of(poses_of(curve.found).value, errors)
+    poses = _poses(curve)
     aim = aim_at(sensor, magnetics, tolerance, [peak], farthest(Pose.of(poses.value)))
     field, goal = (field, None) if aim is None else (aim.field, aim.goal)
     reading = read_poses(sensor, field, poses)
@@ -120,6 +119,12 @@ def _notes(sensor: Sensor) -> tuple[Note, ...]:
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
     none = silicone is not None and not silicone.has_history
     return (Note(NoteKind.NO_LOOP),) * none + (Note(NoteKind.SLIP_LEFT_OUT),) * rough
+
+
+def _poses(curve: ElasticCurve) -> Bounded:
+    """Return the poses of a curve, each with its error alone, shape (p, 6)."""
+    found = poses_of(curve.found)
+    return Bounded.of(found.value, np.array([item.error.components for item in curve.found]))
 
 
 def _elastic_share(sensor: Sensor, programme: Programme, curve: ElasticCurve) -> Array:

@@ -117,8 +117,7 @@ class _Grid:
 
     def between(self, part: SolvedPart) -> Iterator[tuple[int, Row]]:
         """Yield a row for each case that is not solved."""
-        first, columns = next(iter(self.rows.values())), {}
-        words = sorted({word for row in self.rows.values() for word in _flags(row)} - {OK})
+        first, columns, words = next(iter(self.rows.values())), {}, self._words()
         sizes = [_item(first[name])[1].size for name in self.asked.of]
         missed = np.split(part.error * self.scale[0], np.cumsum(sizes)[:-1])
         for name, own in zip(self.asked.of, missed, strict=True):
@@ -171,6 +170,10 @@ class _Grid:
         values[[order[index] for index in self.rows]] = known
         found = interpolated(part, values.reshape(*self.numbers.shape, -1), **degree).reshape(values.shape)
         return np.clip(found, known.min(axis=0), known.max(axis=0)) if degree else found
+
+    def _words(self) -> list[str]:
+        """Return the flags that any solved case has, but that it is good."""
+        return sorted({word for row in self.rows.values() for word in _flags(row)} - {OK})
 
 
 def _grids(vary: Mapping[str, Sequence[Any]]) -> Iterator[tuple[Axes, NDArray[np.int_]]]:

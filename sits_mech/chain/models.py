@@ -175,10 +175,7 @@ def choose_mechanics(
     found = chosen("mechanics", MECHANICS, sensor, Question(tolerance, on_target(sensor, loads)), name)
     every = [each for each in found.candidates if each.refusal is None and name in ("auto", each.model.name)]
     able = next((each for each in every if each.model.bends), None)
-    if able is None or _stays_rigid(sensor, found):
-        return found
-    sizes = (item.size for item in bending(sensor, loads, able.model.least) if not item.unbounded)
-    if max(sizes, default=0.0) < HALF * tolerance:
+    if able is None or _stays_rigid(sensor, found) or _bends_by(sensor, loads, able) < HALF * tolerance:
         return found
     return replace(found if MECHANICS[found.name].bends else _taken(able, Why.BENDS, found.candidates), bent=True)
 
@@ -190,6 +187,11 @@ def _stays_rigid(sensor: Sensor, found: Choice) -> bool:
     """
     film = sensor.target is not None and sensor.elastomer is not None and is_film(sensor.target, sensor.elastomer)
     return shape_on_cover(sensor) is not None or (film and not MECHANICS[found.name].bends)
+
+
+def _bends_by(sensor: Sensor, loads: Sequence[Wrench], able: Candidate) -> float:
+    """Return what bending changes of how far loads move a target; 0 where no size is known."""
+    return max((item.size for item in bending(sensor, loads, able.model.least) if not item.unbounded), default=0.0)
 
 
 def magnetic_question(

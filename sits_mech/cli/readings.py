@@ -58,9 +58,14 @@ def _of_each(coils: Sequence[str], given: Sequence[tuple[int, str, str]], option
         came = f"{len(found)}, without {missing}" if found else "none"
         raise SceneError(f"{options}: must be given, one for each coil ({', '.join(coils)}); got {came}")
     for name, text in found.values():
-        unit = "" if "%" in text else "H/m" if "/" in text else "H"
-        _plain_code(name, text) if option == "--code" else quantity(text, unit, name)
+        _check_number(name, text, option == "--code")
     return [found[k] for k in range(len(coils))]
+
+
+def _check_number(option: str, text: str, coded: bool) -> None:
+    """Refuse what is no code, or no inductance."""
+    unit = "" if "%" in text else "H/m" if "/" in text else "H"
+    _plain_code(option, text) if coded else quantity(text, unit, option)
 
 
 def _plain_code(option: str, text: str) -> float:

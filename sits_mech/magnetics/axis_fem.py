@@ -111,12 +111,8 @@ class AxisymmetricFem:
         uneven = None
         if tracks is not None:
             x, y, z = tracks.places(_FINE)[0].points[0].T
-            own = coil_sections(self.sensor.coils[0])
             each = [
-                tracks.around(
-                    _FINE, one.field.reaction(np.hypot(x, y), z)[None],
-                    min(disc.away(own) for disc in coaxial_discs(self.sensor, height)),
-                )
+                tracks.around(_FINE, one.field.reaction(np.hypot(x, y), z)[None], self._gap(height))
                 for height, one in zip(heights.tolist(), found, strict=True)
             ]
             uneven = np.concatenate(each, axis=1)[:, index]
@@ -128,6 +124,11 @@ class AxisymmetricFem:
             max(each.of_order_4.unknowns for each in found), sum(each.solves for each in found),
             max(each.field.residual for each in found), tracks=uneven,
         )
+
+    def _gap(self, height: float) -> float:
+        """Return the distance of the nearest disc from the tracks [m]."""
+        tracks = coil_sections(self.sensor.coils[0])
+        return min(disc.away(tracks) for disc in coaxial_discs(self.sensor, height))
 
 
 def axisymmetric_fem(sensor: Sensor, tolerance: float = 1e-3) -> AxisymmetricFem:

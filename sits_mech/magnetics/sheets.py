@@ -226,8 +226,7 @@ class Sheets:
         gap = min(clear)
         asked = None if tracks is None else Field(tracks.points(gap), partial(tracks.change, gap))
         thickness, finest = max(plate.thickness for plate in plates), math.sqrt(frequency[0] / frequency[1])
-        least = min(2.0, *(2.0 * math.pi / widest_angle(part.plate) for part in parts))  # order, by currents at corners
-        limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close, least)
+        limit = ImpedanceLimit(replace(rung, single=self.single), thickness, finest, plates[0].close, _corners(parts))
         if sensor.conductors:
             forms = limit.forms(self._together(parts, plates, seen, frequency[0]))
             uneven = None if asked is None else field_of_all(parts, plates, seen, frequency[0], asked)
@@ -280,6 +279,11 @@ def not_representable(sensor: Sensor) -> Refusal | None:
             )
             return Refusal(f"{name}.{key}", f"be left out for sheets where a {what}", f"{got:g}")
     return overlapping(sensor)
+
+
+def _corners(parts: Sequence[PlacedPlate]) -> float:
+    """Return the least order by which errors fall where current crowds at plates' corners."""
+    return min(2.0, *(2.0 * math.pi / widest_angle(part.plate) for part in parts))
 
 
 def _errors(value: Complex, left: Complex, plates: Sequence[Divided], among: bool) -> tuple[Complex, float]:

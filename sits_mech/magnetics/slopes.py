@@ -197,8 +197,7 @@ def by_lengths(
 
     Where the impedance at the poses is `known`, all coils aside are quick slopes of the pose (pose_slopes.py).
     """
-    solver = solver_of(model) if keys else model
-    asked = _Asked(solver.prepared_at(Pose.of(rows)) if isinstance(solver, Sheets) else solver, rows, frequency)
+    asked = _asked(model, rows, frequency, keys)
     n, solved = len(sensor.coils), getattr(asked.model, "sensor", sensor)
     found = np.zeros((4, len(asked.rows), n, n, len(keys)))
     coils, plates = dict[int, _Length](), dict[int, _Length]()
@@ -223,6 +222,12 @@ def by_lengths(
     for k, length in plates.items():
         found[..., k] = _of_plates(asked, keys[k], length, (centre, largest))
     return list(found)
+
+
+def _asked(model: MagneticModel, rows: Array, frequency: float, keys: Sequence[str]) -> _Asked:
+    """Return what answers for lengths; the model itself without any."""
+    solver = solver_of(model) if keys else model
+    return _Asked(solver.prepared_at(Pose.of(rows)) if isinstance(solver, Sheets) else solver, rows, frequency)
 
 
 def _length(sensor: Sensor, solved: Sensor, rows: Array, key: str) -> _Length:

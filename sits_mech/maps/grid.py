@@ -95,9 +95,7 @@ def solve_part(
         error = np.sqrt(np.sum(np.square([np.zeros_like(wanted), *expected.values()]), axis=0))
         if _share(error, wanted, goal, asked) <= 1.0:
             return SolvedPart(axes, tuple(sizes), found, error, expected)
-        shares = {block: _share(size, wanted, goal, asked) for block, size in expected.items()}
-        worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
-        new = [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in sizes]
+        new = _largest_block(sizes, {block: _share(size, wanted, goal, asked) for block, size in expected.items()})
         if limit is not None:
             part = SolvedPart(axes, tuple(sizes), found, error / _DECAY, expected)
             open_ = _undecided(part, interpolated(part, found), limit, wanted)
@@ -105,6 +103,12 @@ def solve_part(
                 return _decided(solve, part, limit, wanted)
         found = _filled(solve, axes, found, _unsolved(axes, levels, found, new))
     return None
+
+
+def _largest_block(solved: Mapping[Block, Array], shares: Mapping[Block, float]) -> list[Block]:
+    """Return the block with the largest share and those below it, of which none is solved."""
+    worst = next(block for block, share in shares.items() if share >= max(shares.values()) / _TIE)
+    return [block for block in itertools.product(*(range(level + 1) for level in worst)) if block not in solved]
 
 
 def _undecided(part: SolvedPart, whole: Array, limit: ArrayLike, wanted: Array) -> Mask:

@@ -17,6 +17,7 @@ from sits_mech.report.pictures.style import COLUMN, TRACKS, add_polygons, new_fi
 from sits_mech.report.records import status_record
 from sits_mech.report.tables.solves import column_table, key_table, status_lines, with_error
 from sits_mech.scene.cells import Cells
+from sits_mech.scene.parts.slots import Slot
 from sits_mech.units import MM
 
 if TYPE_CHECKING:
@@ -111,6 +112,11 @@ def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
         return figure
 
 
+def _slot_colour(slot: Slot) -> str:
+    """Return the colour of a wall, of a slot through the pad, or of one with a bottom."""
+    return "#808080" if slot.wall else "#ffffff" if slot.depth is None else "#f9ecd8"
+
+
 def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
     """Draw pad, targets, coils and what touches them from above, cells with labels below their names."""
     pad, box = cells.pad, np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
@@ -118,8 +124,7 @@ def _draw_plan(axes: Axes, cells: Cells, labels: Sequence[str] = ()) -> None:
     for slot in cells.slots:
         size, middle = np.array(pad.extent), np.zeros(2)
         size[slot.axis], middle[slot.axis] = slot.width, slot.ends.mean()
-        colour = "#808080" if slot.wall else "#ffffff" if slot.depth is None else "#f9ecd8"
-        add_polygons(axes, MM * (middle + box * size)[None], facecolors=colour)
+        add_polygons(axes, MM * (middle + box * size)[None], facecolors=_slot_colour(slot))
     add_polygons(axes, MM * (cells.centres[:, None] + box * np.ptp(cells.ends, axis=1)[:, None]), facecolors="#b87333")
     each = zip(cells.targets, cells.centres, labels or [""] * len(cells.targets), strict=True)
     for k, (cell, place, label) in enumerate(each):

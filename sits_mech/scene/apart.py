@@ -55,10 +55,7 @@ def check_parts(
     substrate_radius: float | None, cover: Cover | None = None,
 ) -> None:
     """Refuse parts that do not fit together; raise SceneError in one line: which two, what they must be, what came."""
-    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
-    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
-        if math.dist(here, there) < radius + reach:
-            _check_side_by_side(coil, other)
+    _check_coils(coils)
     if target is not None and elastomer is not None and elastomer.kind == "pillars":
         pillar_middles(elastomer, target.extent, target.is_round)
     if substrate_radius is not None:
@@ -70,6 +67,14 @@ def check_parts(
         for other_part in others:
             _check_clear(part, other_part)
         others.append(part)
+
+
+def _check_coils(coils: Sequence[Coil]) -> None:
+    """Refuse coils that overlap."""
+    around = [(coil, coil.centre, 0.5 * coil.outer_diameter) for coil in coils]
+    for (coil, here, radius), (other, there, reach) in combinations(around, 2):
+        if math.dist(here, there) < radius + reach:
+            _check_side_by_side(coil, other)
 
 
 def _conductor(part: Conductor) -> Prism:
@@ -208,11 +213,16 @@ def _check_side_by_side(coil: Coil, other: Coil) -> None:
         for z in shared:
             _check_tracks(names, z, [*_lines(coil, z, 0.0), *_lines(other, z, reach)])
     elif -aside > SLACK * max(*coil.extent, *other.extent):
-        what, by = ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-aside, 3)}")
+        what, by = _met(coil, other, aside)
         raise SceneError(
             f"{names} overlap: the {what} them must be clear of each other in every layer; they overlap{by} at "
             f"z = {mm(shared[0])}"
         )
+
+
+def _met(coil: Coil, other: Coil, aside: float) -> tuple[str, str]:
+    """Return which edges of two coils meet, and by how much where that is known."""
+    return ("rims of", "") if coil.rim or other.rim else ("boxes around", f" by {mm(-aside, 3)}")
 
 
 def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:

@@ -83,13 +83,18 @@ def check_temperature(sensor: Sensor, temperature: float) -> None:
         if coil.conductivity is not None and coil.temperature_coefficient is None:
             raise _missing(f"coils.{coil.name}.temperature_coefficient", temperature)
     if sensor.elastomer is not None:
-        if sensor.elastomer.mesh is not None:
-            raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
-                             f"{celsius(temperature)}")
-        for place, silicone in sensor.elastomer.places.items():
-            _check_silicone(place, silicone, temperature)
+        _check_pad(sensor.elastomer, temperature)
     if sensor.cover is not None:
         _check_silicone("cover", sensor.cover.silicone, temperature)
+
+
+def _check_pad(pad: Elastomer, temperature: float) -> None:
+    """Refuse a pad whose sizes or silicones are not known at a temperature."""
+    if pad.mesh is not None:
+        raise SceneError(f"temperature: must be 20 degC with an elastomer.mesh, whose sizes are fixed; got "
+                         f"{celsius(temperature)}")
+    for place, silicone in pad.places.items():
+        _check_silicone(place, silicone, temperature)
 
 
 def _check_silicone(place: str, silicone: Silicone, temperature: float) -> None:

@@ -166,9 +166,7 @@ class Search:
         prediction, promise = branch.prediction, branch.promise or self.propose(branch)
         x, least = min((promise.x, promise.merit), (best.point, self.merit(best)), key=lambda pair: pair[1])
         height = prediction.plain(x)["height"]
-        solved = (each.point for each in prediction.solved)
-        toward = (point + share * (x - point) for point in solved for share in np.arange(4) / 4)
-        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *toward)}
+        thin = {tuple(each): prediction.plain(each)["height"] for each in (*self._unit, *_toward(prediction, x))}
         for each in sorted(thin, key=lambda each: thin[each]):
             if thin[each] > (1.0 - _THINNER) * height:
                 break
@@ -267,7 +265,7 @@ class Search:
     def _unit(self) -> Array:
         """Points of the unit box that are looked at, shape (m, v)."""
         count = min(_LOOKED_AT * 2**self.count, _AT_MOST[0])
-        return qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count)
+        return np.asarray(qmc.Sobol(self.count, rng=np.random.default_rng(self.seed)).random(count))
 
     def propose(self, branch: Branch) -> Proposal:
         """Return the best predicted point of a choice within its trust radius."""
@@ -314,6 +312,11 @@ class Search:
         x = np.clip(result.x[:-1], *np.array(bounds).T)
         objective, over = seen(x)
         return Proposal(x, objective + _exceeded(float(over.max())), float(over.max()))
+
+
+def _toward(prediction: Prediction, x: Array) -> list[Array]:
+    """Return points on the way from each solved design to a point, quarters of it apart."""
+    return [solved.point + share * (x - solved.point) for solved in prediction.solved for share in np.arange(4) / 4]
 
 
 def _exceeded(worst: float, slack: float = _HELD) -> float:

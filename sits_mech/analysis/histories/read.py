@@ -10,7 +10,7 @@ without one):
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -39,10 +39,7 @@ def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
     must = "a column t, such as t [s], and one for each force"
     table, columns = table_with(path, "a readable history of loads", _TIMES, must)
     names = [column.title for column in table.columns]
-    strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in _KNOWN)})
-    if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
-        what = f"{strange[0]!r}" if strange else ", ".join(names)
-        raise SceneError(f"{path}: columns must be t and some of {', '.join(_KNOWN)}, each once; got {what}")
+    _check_columns(str(path), columns, names)
     known = [name for name in _KNOWN if name.lower() in columns]
     if not known:
         raise SceneError(f"{path}: must have a column of a force, such as F_z [N], of {', '.join(_KNOWN)}; got none")
@@ -67,6 +64,14 @@ def read_history(path: str | Path, sensor: Sensor) -> LoadHistory:
     if abs(far) >= t:
         raise SceneError(f"{path}: d_v must be less than {mm(t)} from {mm(rest)}; got {mm(rest + far)}")
     return LoadHistory(time, course, held=held)
+
+
+def _check_columns(source: str, columns: Collection[str], names: Sequence[str]) -> None:
+    """Refuse other columns than time, forces and places, and those that come twice."""
+    strange = sorted({*columns} - {*_TIMES, *(name.lower() for name in _KNOWN)})
+    if strange or len(columns) < len(names) or all(name in columns for name in _TIMES):
+        what = f"{strange[0]!r}" if strange else ", ".join(names)
+        raise SceneError(f"{source}: columns must be t and some of {', '.join(_KNOWN)}, each once; got {what}")
 
 
 def _rows(lines: Sequence[str], separator: str, width: int, source: str) -> Array:

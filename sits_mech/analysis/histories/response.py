@@ -135,8 +135,7 @@ class _Asked:
     def solved(self, divided: LoadHistory, own: Mask, progress: Progress) -> _Answer:
         """Return the answer by the times of a history that are to be solved; `own` are those that are its rows."""
         sensor, tolerance, (layer, field) = self.sensor, self.tolerance, self.models
-        remembers = depends_on_path(sensor) or any(each.has_history for each in silicones_of(sensor))
-        resting = None if divided.held.any() or remembers else self._resting(divided, progress)
+        resting = None if divided.held.any() or _remembers(sensor) else self._resting(divided, progress)
         motion = resting or _with_symmetry(sensor, divided, motion_of(sensor, layer, divided, progress))
         check_clearance(sensor, motion.pose)
         aim = aim_at(sensor, self.magnetics, tolerance, self.loads, farthest(motion.pose))
@@ -173,6 +172,11 @@ class _Asked:
             return None
         given = np.ones(time.size, dtype=bool)
         return through_rests(LoadHistory(time, course), given, rests, clock.process_time() - began)
+
+
+def _remembers(sensor: Sensor) -> bool:
+    """Whether where the target rests depends on more than the load: on a silicone's history, or on friction."""
+    return depends_on_path(sensor) or any(each.has_history for each in silicones_of(sensor))
 
 
 def _bounded(sensor: Sensor, left_out: Sequence[Omission], pose: Array, error: Array, held: Mask) -> Bounded:

@@ -301,6 +301,14 @@ def _coil(file: _Written, number: int, title: str) -> str:
     return name
 
 
+def _check_codes(sheet: Sheet, names: Sequence[str], codes: Array, part: Converter) -> None:
+    """Refuse codes (m, n) of a coil that was not read."""
+    for (row, k), code in np.ndenumerate(codes):
+        if np.isfinite(code) and (why := fault(code, part)):
+            must = "must be of a coil that is read; got a fault"
+            raise SceneError(f"{sheet.source}: row {row + 1}, {names[k]}: {must}, {why}")
+
+
 def _inductances(sheet: Sheet, names: Sequence[str], tank: Tank | None) -> Array:
     """Return the inductances of the coils, given or from codes, shape (m, n) [H]."""
     coded = [name.startswith("code") for name in names]
@@ -311,10 +319,7 @@ def _inductances(sheet: Sheet, names: Sequence[str], tank: Tank | None) -> Array
         name = names[coded.index(True)]
         raise SceneError(f"{sheet.source}: the column {name} must come with a converter; the scene has none for it")
     codes = np.where(coded, values, 1.0)
-    for (row, k), code in np.ndenumerate(codes):
-        if np.isfinite(code) and (why := fault(code, tank.part)):
-            must = "must be of a coil that is read; got a fault"
-            raise SceneError(f"{sheet.source}: row {row + 1}, {names[k]}: {must}, {why}")
+    _check_codes(sheet, names, codes, tank.part)
     f = frequency_of(codes, tank.part, tank.reference, tank.divider, gain=tank.gain, offset=tank.offset)
     L = np.where(coded, tank_inductance(f, tank.capacitance), values)
     for _ in range(4):  # each leaves some 1e-3 of an error

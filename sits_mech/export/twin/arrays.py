@@ -88,7 +88,12 @@ def readout_arrays(source: Source, kind: str, notes: list[str]) -> tuple[dict[st
     check_box(source, kind)
     sensor = source.sensor
     cal = sensor_calibration(sensor, source.data)
-    front, codes = _converter(source, cal, notes)
+    front: FrontEnd | None = None
+    codes: Calibration | None = None
+    try:
+        front, codes = sensor_front_end(sensor, source.data)[0], cal.code_calibration
+    except ValueError as error:
+        notes.append(f"no codes: {error}")
     over = over_wrenches(source, cal, codes)
     share = float((over.error / np.concatenate([cal.full_scale, *([] if codes is None else [codes.full_scale])])).max())
     notes.append(f"wrenches: {len(over.powers)} terms over {', '.join(cal.forces)}, within {share:.1e} of the range")
@@ -112,15 +117,6 @@ def check_box(source: Source, kind: str) -> None:
             f"--to {kind}: must be of a table whose corners have results, so that its domain is a box; "
             f"{int(failed.sum())} of {failed.size} loads failed, among them {first}: calibrate over less"
         )
-
-
-def _converter(source: Source, cal: Calibration, notes: list[str]) -> tuple[FrontEnd | None, Calibration | None]:
-    """Return the converter's settings and the calibration in codes; None, with a note, where there are none."""
-    try:
-        return sensor_front_end(source.sensor, source.data)[0], cal.code_calibration
-    except ValueError as error:
-        notes.append(f"no codes: {error}")
-        return None, None
 
 
 def inverse_arrays(cal: Calibration, codes: Calibration | None, base: Array, notes: list[str]) -> dict[str, Any]:

@@ -49,9 +49,7 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
     name, given = str(path), read_named(path)
     kind = _only_kind(name, given)
     cells, all_points = given.cells[kind], given.points
-    parts = (cells, *(block for blocks in given.faces.values() for block in blocks), *given.nodes.values())
-    if any(part.size and (part.min() < 0 or part.max() >= len(all_points)) for part in parts):
-        raise ValueError(f"{name}: cells and sets must be of nodes of the file; some are not")
+    _check_numbers(name, cells, given)
     count = CORNERS[kind]
     ends = np.unique(cells[:, :count])
     used = np.concatenate([ends, np.setdiff1d(cells, ends)])  # corners first, as skfem takes them
@@ -73,6 +71,13 @@ def read_solid(path: str | Path, groups: Sequence[str], *, weld: bool = False) -
         if not len(named.get(group, ())):
             raise ValueError(f"{name}: must name groups of faces {', '.join(groups)}; {_came(named, given, name)}")
     return ReadSolid(mesh.with_boundaries({group: own for group, own in named.items() if len(own)}), merged)
+
+
+def _check_numbers(name: str, cells: Integers, given: Named) -> None:
+    """Refuse cells, faces and sets of nodes that the file has not."""
+    parts = (cells, *(block for blocks in given.faces.values() for block in blocks), *given.nodes.values())
+    if any(part.size and (part.min() < 0 or part.max() >= len(given.points)) for part in parts):
+        raise ValueError(f"{name}: cells and sets must be of nodes of the file; some are not")
 
 
 def _groups(name: str, mesh: Mesh, given: Named, number: Integers) -> dict[str, Integers]:

@@ -136,7 +136,12 @@ class Pattern:
         probe = self.product(values, np.ones((len(self.free), 1)))
         left = np.inf if found is None else np.linalg.norm(probe - self.product(values, found.solve(probe)))
         if found is None or not left < _POOR * np.linalg.norm(probe):
-            return _pivoted(self.matrix(values))
+            try:  # with pivots from all rows
+                whole = splu(self.matrix(values), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True},
+                             diag_pivot_thresh=0.01)
+            except RuntimeError:  # singular
+                return None
+            return Factored(whole.solve, None)
         solve = found.solve
 
         def corrected(b: Array) -> Array:
@@ -165,15 +170,6 @@ def pattern(mesh: MixedMesh, numbers: Sequence[Integers], free: Integers, border
 def _summed(places: Integers, values: Array, size: int) -> Array:
     """Sum values (e, k, r) into their places (e, k), shape (size, r)."""
     return np.stack([summed(places, column, size) for column in np.moveaxis(values, -1, 0)], axis=1)
-
-
-def _pivoted(K: sparse.csc_matrix) -> Factored | None:
-    """Factor with pivots from all rows; None if singular."""
-    try:
-        found = splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.01)
-    except RuntimeError:
-        return None
-    return Factored(found.solve, None)
 
 
 @dataclass(frozen=True)

@@ -73,18 +73,14 @@ class Walk:
         self.body = (body or self.body).near(start.u)
         for _ in range(_LOOKS):
             found = newton(self.body, start, end, self.path.held, steps=self.steps)
-            if self._wanders(found):
+            left = self.here.iterations + found.state.iterations < self.most  # to descend
+            if found.reason and left and not (found.length > LONGEST or self.steps.falling or self.body.slips):
                 found = newton(self.body, start, end, self.path.held, steps=DESCENT).after(found)
             wider = self.body if found.reason else self.body.near(found.state.u)
             if wider is self.body:
                 break
             self.body = wider
         return found
-
-    def _wanders(self, found: Outcome) -> bool:
-        """Whether full steps wander, where there are iterations left to descend."""
-        left = self.here.iterations + found.state.iterations < self.most
-        return bool(found.reason) and left and not (found.length > LONGEST or self.steps.falling or self.body.slips)
 
     def lengthen(self, found: Outcome) -> None:
         """Choose the next increment after one that came to rest."""

@@ -128,10 +128,7 @@ def _check_together(found: Requirements, sensor: Sensor) -> None:
             raise SceneError(f"require.{name}: must be {most}; got {mm(limit)}")
     _check_readings(found, sensor)
     if any(name.startswith("drift.") for name in asked):
-        for key in ("elastomer.material", "target.material"):
-            for other in _of_each(found.space, sensor, key):
-                if words := unknown_coefficients(other):
-                    raise SceneError(f"drift: {words}")
+        _check_temperature(found.space, sensor)
     if "hysteresis" in asked:
         _check_history(found.space, sensor, "require" if "hysteresis" in found.limits else "goal")
 
@@ -170,6 +167,14 @@ def _check_history(space: Space, sensor: Sensor, place: str) -> None:
                 name = silicone.name or "the scene's silicone"
                 what = "needs prony or mullins of every silicone"
                 raise SceneError(f"{place}: hysteresis {what}; of {name} both are unknown")
+
+
+def _check_temperature(space: Space, sensor: Sensor) -> None:
+    """Refuse a drift of parts whose coefficients are not known."""
+    for key in ("elastomer.material", "target.material"):
+        for other in _of_each(space, sensor, key):
+            if words := unknown_coefficients(other):
+                raise SceneError(f"drift: {words}")
 
 
 def _of_each(space: Space, sensor: Sensor, key: str) -> list[Sensor]:
