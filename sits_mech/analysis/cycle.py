@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
-from sits_mech.chain.plans.aimed import aim_at
+from sits_mech.chain.plans.aimed import aim_at, aimed_mechanics
 from sits_mech.chain.plans.goal import farthest, flags_over
 from sits_mech.chain.propagation import PoseReadings, poses_of, read_poses
 from sits_mech.geometry.collision import check_clearance
@@ -79,7 +80,8 @@ def load_cycle(
     if not np.all((programme.share >= 0.0) & (programme.share <= 1.0)):
         raise SceneError(f"share must lie between 0 and 1; got {programme.share.min():g} to {programme.share.max():g}")
     field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
-    layer, by_layer = mechanical_model(sensor, mechanics, tolerance, [peak])
+    choose = partial(mechanical_model, sensor, mechanics, loads=[peak])
+    layer, by_layer = aimed_mechanics(sensor, choose, [peak], magnetics, tolerance)
     curve = elastic_curve(layer, peak, height=layer_parts(sensor)[0].load_height, points=points)
     symmetry = symmetry_of(sensor)
     found = [symmetrised(item, symmetry, item.wrench) for item in curve.found]

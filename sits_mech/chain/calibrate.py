@@ -19,14 +19,14 @@ from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
-from sits_mech.chain.models import Why, loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
-from sits_mech.chain.plans.aimed import AimedLoads, aimed_loads, status_of
+from sits_mech.chain.plans.aimed import AimedLoads, aimed_loads, aimed_mechanics, status_of
 from sits_mech.chain.plans.goal import answer_error
 from sits_mech.chain.propagation import Direct, poses_of, read_poses
 from sits_mech.labels import labelled
 from sits_mech.maps.grid import Axes
-from sits_mech.mechanics.loads import RefinedModel, Settled, kept_key
+from sits_mech.mechanics.loads import Settled, kept_key
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import check_force, check_places, check_untouched
 from sits_mech.notes import NoteKind, packed, packed_omissions
@@ -116,16 +116,13 @@ def calibrate(
         raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
     loads = loads_of(axes, sensor.touched_point)
     _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-    asked: float | None = tolerance
-    while asked is not None:
-        layer, by_layer = mechanical_model(sensor, mechanics, asked, loads)
-        numbers = _by_temperature(sensor, by_layer.name, layer) if drift else None
-        own = layer if numbers is None else WithSlopes(layer, tuple(numbers[1]))
-        keep = (folder, kept_key(sensor, by_layer.name, asked, drift=drift))
-        every = LayerGrid(sensor, own, axes, symmetry_of(sensor), tolerance, keep, progress)
-        found = aimed_loads(every, magnetics, best=best, whole=partial(with_omissions, sensor, name=by_layer.name))
-        again = asked == tolerance and by_layer.why is Why.WITHIN and not isinstance(layer, RefinedModel)
-        asked = found.nearer if again else None  # one that is not refined is chosen a second time
+    choose = partial(mechanical_model, sensor, mechanics, loads=loads)
+    layer, by_layer = aimed_mechanics(sensor, choose, loads, magnetics, tolerance)
+    numbers = _by_temperature(sensor, by_layer.name, layer) if drift else None
+    own = layer if numbers is None else WithSlopes(layer, tuple(numbers[1]))
+    keep = (folder, kept_key(sensor, by_layer.name, by_layer.asked(tolerance), drift=drift))
+    every = LayerGrid(sensor, own, axes, symmetry_of(sensor), tolerance, keep, progress)
+    found = aimed_loads(every, magnetics, best=best, whole=partial(with_omissions, sensor, name=by_layer.name))
     request = {"mechanics": by_layer.name, "magnetics": by_field.name, "tolerance": tolerance, **grid, **fixed}
     by_name = found.field, by_field.name, found.asked
     slopes = partial(slopes_by_temperature, sensor, by_name, numbers) if numbers else None

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.chain.models import Choice, Why, loaded_model
+from sits_mech.chain.models import Choice, loaded_model
 from sits_mech.chain.omitted.mechanical import including, mechanical_omissions
 from sits_mech.chain.plans.aimed import aim_at
 from sits_mech.chain.plans.goal import Goal
@@ -34,7 +34,6 @@ from sits_mech.quantities import (
 from sits_mech.scene.sensor import SceneError, Sensor
 
 _LOG = logging.getLogger(__name__)
-Mechanics = tuple[MechanicalModel, Choice]
 _NO_PATH = "via: must be left out without elastomer.friction: the load path makes no difference"
 
 
@@ -47,58 +46,43 @@ class AimedRest(NamedTuple):
     left_out: tuple[Omission, ...]  # by the mechanics
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
-    layer: Any  # what solved it, a mechanical model
     planned: Expected | None = None  # from the first meshes; None where nothing was planned
     reached: float = float("nan")  # error of the numerics over the signals' full scale
     goal: Goal | None = None
-    nearer: float | None = None  # tolerance that the pose would need, where another choice of the model may have it
 
 
 def aimed_rest(
-    sensor: Sensor, loads: Sequence[Wrench], mechanics: Callable[[float], Mechanics], magnetics: tuple[str, float],
+    sensor: Sensor, loads: Sequence[Wrench], mechanics: tuple[MechanicalModel, Choice], magnetics: tuple[str, float],
     symmetry: Symmetry, *, best: bool = True,
 ) -> AimedRest:
     """Solve the equilibrium under a load to a tolerance of the signals, on meshes that its first two show to be needed.
 
-    `loads` are those passed on the way, for a layer with friction, and the load; `mechanics` chooses a model to a
-    tolerance of the pose, a second time where one that is not refined misses what the coils leave; `magnetics` is the
-    model's name as asked for and the tolerance; raises as `simulate`.
+    `loads` are those passed on the way, for a layer with friction, and the load; `mechanics` is the model with its
+    choice (`aimed_mechanics`), `magnetics` the model's name as asked for and the tolerance; raises as `simulate`.
     """
-    found = _rest_by(mechanics(magnetics[1]), sensor, loads, magnetics, symmetry, best)
-    if found.nearer is None:
-        return found
-    return _rest_by(mechanics(found.nearer), sensor, loads, magnetics, symmetry, best)
-
-
-def _rest_by(
-    mechanics: Mechanics, sensor: Sensor, loads: Sequence[Wrench], magnetics: tuple[str, float], symmetry: Symmetry,
-    best: bool,
-) -> AimedRest:
-    """Return `aimed_rest` by one mechanical model."""
     (*via, wrench), (layer, choice), (name, tolerance) = loads, mechanics, magnetics
     left_out = mechanical_omissions(sensor, choice.name, [wrench], bent=choice.bent)
     field, _ = loaded_model(sensor, name, tolerance, loads)
     if via:
         found = _along_path(sensor, layer, loads)
-        return AimedRest(found, found, np.eye(len(WRENCH)), left_out, field, tolerance, layer)
+        return AimedRest(found, found, np.eye(len(WRENCH)), left_out, field, tolerance)
     if depends_on_path(sensor):
-        return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance, layer)
+        return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance)
     first, start, back = _of_load(sensor, symmetry, layer.rough if isinstance(layer, RefinedModel) else layer, wrench)
     check_clearance(sensor, first.pose)
     aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
-        return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance, layer)
+        return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance)
     aim = aim.sharing([first], [including(sensor, first, left_out)])
     if not isinstance(layer, RefinedModel):
-        nearer = aim.nearer([first]) if choice.why is Why.WITHIN else None
-        return AimedRest(first, start, back, left_out, aim.field, aim.asked, layer, goal=aim.goal, nearer=nearer)
+        return AimedRest(first, start, back, left_out, aim.field, aim.asked, goal=aim.goal)
     planned = aim.promised(first, 1)
     if not best:
         aim.refuse_beyond(planned, wrench_words(vars(wrench)))
     finer = layer.towards(aim.goal.weights @ back, aim.left)
     rest, found, _ = _of_load(sensor, symmetry, finer, wrench, start)
     error = aim.goal.of(poses_of([rest]))
-    return AimedRest(rest, found, back, left_out, aim.field, aim.asked, layer, planned, error, aim.goal)
+    return AimedRest(rest, found, back, left_out, aim.field, aim.asked, planned, error, aim.goal)
 
 
 def at_rest(

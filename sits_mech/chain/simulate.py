@@ -15,18 +15,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.models import Choice, mechanical_model
 from sits_mech.chain.omitted.mechanical import including
-from sits_mech.chain.plans.aimed import Promise
+from sits_mech.chain.plans.aimed import Promise, aimed_mechanics
 from sits_mech.chain.plans.goal import answer_error, goal_at, rest_flags
 from sits_mech.chain.propagation import poses_of, read_poses
-from sits_mech.chain.rests import Mechanics, aimed_rest
+from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.depth import TouchLoad, to_depth
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission
-from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, SolveFailed, Wrench
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, SolveFailed, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import OK
@@ -116,12 +116,13 @@ def simulate(
     wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
     loads = [*via, wrench]
 
-    def chosen(asked: float) -> Mechanics:
+    def chosen(asked: float) -> tuple[MechanicalModel, Choice]:
         """Return the mechanical model to a tolerance of the pose."""
         layer, choice = mechanical_model(sensor, mechanics, asked, loads)
         return (layer if depth is None else to_depth(layer, sensor, depth)), choice
 
-    found = aimed_rest(sensor, loads, chosen, (magnetics, tolerance), symmetry_of(sensor), best=best)
+    own = aimed_mechanics(sensor, chosen, loads, magnetics, tolerance)
+    found = aimed_rest(sensor, loads, own, (magnetics, tolerance), symmetry_of(sensor), best=best)
     rest = including(sensor, found.rest, found.left_out)
     shown = simulation_at(sensor, found.field, rest)
     goal, left_out = found.goal or goal_at(sensor, found.field, [rest.pose]), shown.impedance.report.left_out

@@ -71,6 +71,8 @@ _UNIFORM = 7.5  # thicknesses of a layer's width beyond which its middle is shea
 def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     """Return an upper bound of the relative error of one linear compliance under any of the loads [-].
 
+    It grows by its own share, as the error that `linear` states.
+
     Infinite for slender layers, and where the scene has no layer that a strip stands for.
     """
     plain = plain_pad(sensor)
@@ -93,6 +95,7 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
             )
             for layer, own in zip(elastomer.stack, more, strict=True)
         )
+        compliance *= 1.0 + min(compliance, 1.0)
         return min(compliance, _film_bound(*plain, (sink, shear, edge))) if is_film(*plain) else compliance
 
     return max(of_load(*each) for each in strains)

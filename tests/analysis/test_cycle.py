@@ -39,9 +39,9 @@ def cycled(scene: Sensor, peak: Wrench, programme: Programme, points: int = 9) -
 @pytest.mark.slow
 def test_an_elastic_silicone_shows_the_calibration_and_no_loop() -> None:
     """Both branches are the static answer, within what the spline says it costs."""
-    data = load_cycle(sensor(), PEAK, triangle(1.0, 1, samples=8), points=9, mechanics="linear")
+    data = load_cycle(sensor(), PEAK, triangle(1.0, 1, samples=8), points=9)
     assert max(data.attrs["loop_L_v_percent"] + data.attrs["loop_L_h_percent"]) < 1e-9
-    row, static = data.isel(time=3), simulate(sensor(), Wrench(0.15, 0.75), mechanics="linear")
+    row, static = data.isel(time=3), simulate(sensor(), Wrench(0.15, 0.75))
     assert float(row["share"]) == 0.75
     for name in ("L_v_percent", "L_h_percent"):
         assert abs(float(row[name]) - getattr(static.signals, name)) <= float(row[f"error_{name}"])

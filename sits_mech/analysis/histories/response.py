@@ -19,6 +19,7 @@ import json
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from sits_mech.cases import Progress, untold
 from sits_mech.chain.interpolate import BETWEEN, LayerGrid
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions, omitted_parts
-from sits_mech.chain.plans.aimed import aim_at, aimed_loads
+from sits_mech.chain.plans.aimed import aim_at, aimed_loads, aimed_mechanics
 from sits_mech.chain.plans.goal import Goal, farthest, flags_over
 from sits_mech.chain.propagation import levers, read_poses, unloaded_pose
 from sits_mech.geometry.collision import check_clearance
@@ -77,7 +78,8 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     loads = expected_loads(sensor, history)
     field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-    layer, by_layer = taken_layer(sensor, mechanics, tolerance, loads, points=points or bool(history.held.any()))
+    choose = partial(taken_layer, sensor, mechanics, loads=loads, points=points or bool(history.held.any()))
+    layer, by_layer = aimed_mechanics(sensor, choose, loads, magnetics, tolerance)
     every_omission, names = mechanical_omissions(sensor, by_layer.name, loads), sensor.coil_names
     left_out = tuple(item for item in every_omission if item.weighs)
     asked = _Asked(sensor, loads, (layer, field), magnetics, tolerance, left_out)

@@ -28,6 +28,7 @@ from sits_mech.arguments import checked_arguments
 from sits_mech.chain.derivatives.fixed_pose import AtFixedPose, at_fixed_poses, place_of
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.conductors import is_coaxial
+from sits_mech.chain.plans.aimed import aimed_mechanics
 from sits_mech.chain.propagation import signal_weights
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.chain.simulate import Simulation, simulation_at
@@ -163,9 +164,10 @@ def gradient(
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
     chosen = partial(sloped_model, sensor, mechanics, loads=[wrench])
-    rest = aimed_rest(sensor, [wrench], chosen, (magnetics, tolerance), symmetry)
+    own = aimed_mechanics(sensor, chosen, [wrench], magnetics, tolerance)
+    rest = aimed_rest(sensor, [wrench], own, (magnetics, tolerance), symmetry)
     found, back, field = rest.image, rest.back, rest.field
-    by_pose = rest.layer.slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
+    by_pose = own[0].slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())
     kept = symmetry.projection(wrench) @ back
     simulation = simulation_at(sensor, field, image_of_rest(found, kept, wrench))
     moved = moved_derivatives(numbers, moving, Moved((kept @ by_pose.pose)[None], (np.abs(kept) @ by_pose.error)[None]))

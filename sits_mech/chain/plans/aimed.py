@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from itertools import product
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely, worst
-from sits_mech.chain.models import MAGNETICS, loaded_model
+from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
+from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.goal import HALF, Goal, goal_at
 from sits_mech.chain.plans.prices import SURE, Expected, expected
 from sits_mech.chain.propagation import poses_of
@@ -27,9 +29,13 @@ from sits_mech.geometry.collision import Collision, check_clearance
 from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.loads import RefinedModel, Settled, first_key, settle
-from sits_mech.quantities import Equilibrium, MagneticModel, Pose, Wrench
+from sits_mech.mechanics.symmetry import symmetry_of
+from sits_mech.quantities import WRENCH, Equilibrium, MagneticModel, MechanicalModel, Pose, Wrench
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import FAILED, OK
+from sits_mech.units import SLACK
+
+Layer = TypeVar("Layer", bound=MechanicalModel)
 
 
 class Promise(NamedTuple):
@@ -67,15 +73,6 @@ class Aim:
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
-    def nearer(self, own: Sequence[Equilibrium]) -> float | None:
-        """Return the tolerance of poses that equilibria without what is left out would need; None where they have it.
-
-        Of those whose error no mesh for the goal reduces: the share of it that is left to them.
-        """
-        each = ((self.goal.mechanics(poses_of([one])), one.report.estimated_error) for one in own)
-        off, pose = max(each, default=(0.0, 0.0))
-        return pose * self.left / off if off > self.left else None
-
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Expected:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
@@ -112,6 +109,31 @@ def aim_at(
     return aim(HALF * tolerance**2 / found.goal.magnetics)
 
 
+def aimed_mechanics(
+    sensor: Sensor, choose: Callable[[float], tuple[Layer, Choice]], loads: Sequence[Wrench], magnetics: str,
+    tolerance: float,
+) -> tuple[Layer, Choice]:
+    """Return the mechanical model of some loads for a tolerance of the signals.
+
+    `choose` takes one to a tolerance of the pose. One that no goal refines, and that misses what the coils leave, is
+    chosen again to a tolerance as much smaller; that one may miss as well.
+    """
+    layer, choice = choose(tolerance)
+    if choice.why is not Why.WITHIN or isinstance(layer, RefinedModel) or depends_on_path(sensor):
+        return layer, choice
+    sizes, ways = np.array([load.components for load in loads]), list(product((1.0, -1.0), repeat=len(WRENCH)))
+    sizes /= np.maximum(np.abs(sizes).max(axis=0), SLACK)
+    ends = [loads[k] for k in dict.fromkeys(np.argmax(sizes @ np.transpose(ways), axis=0).tolist())]
+    settled = settle(layer, ends, symmetry=symmetry_of(sensor)).values()
+    aim = aim_at(sensor, magnetics, tolerance, loads, readable_poses(sensor, settled))
+    if aim is None:
+        return layer, choice
+    rests = [one.rest for one in settled if one.rest]
+    aim = aim.sharing(rests, with_omissions(sensor, rests, choice.name))
+    off, pose = max((aim.goal.mechanics(poses_of([one])), one.report.estimated_error) for one in rests)
+    return choose(min(pose, tolerance) * aim.left / off) if off > aim.left and pose > 0.0 else (layer, choice)
+
+
 class AimedLoads(NamedTuple):
     """What comes of all loads, and the magnetic model that reads them."""
 
@@ -121,7 +143,6 @@ class AimedLoads(NamedTuple):
     planned: Expected | None = None  # from the largest load's first meshes; None where nothing was planned
     reached: float = np.nan  # error over the signals' full scale; NaN where nothing was planned
     goal: Goal | None = None  # None where no signal changes
-    nearer: float | None = None  # tolerance that poses would need, where another choice of the model may have it
 
 
 def aimed_loads(
@@ -170,9 +191,8 @@ def aimed_loads(
     aim = aim or aimed(found.values())
     if aim is None:
         return AimedLoads(found, loaded_model(sensor, magnetics, grid.tolerance, loads)[0], grid.tolerance)
-    rests = [one.rest for one in found.values() if one.rest]
     reached = np.nan if planned is None else worst(found.values(), aim.goal) + aim.goal.magnetics
-    return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal, aim.nearer(rests))
+    return AimedLoads(found, aim.field, aim.asked, planned, float(reached), aim.goal)
 
 
 def readable_poses(sensor: Sensor, settled: Iterable[Settled]) -> list[Pose]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.interpolate import solved_likely
@@ -16,8 +17,10 @@ from sits_mech.chain.models import (
     choose_mechanics,
     chosen,
     magnetic_question,
+    mechanical_model,
 )
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
+from sits_mech.chain.plans.aimed import aimed_mechanics
 from sits_mech.chain.plans.goal import HALF, Goal, goal_of
 from sits_mech.chain.plans.prices import Expected, LoadForecast, expected_for, forecast_load, forecast_touch
 from sits_mech.chain.propagation import poses_of, unloaded_pose
@@ -28,8 +31,7 @@ from sits_mech.mechanics.models import strain_bound
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
-from sits_mech.quantities import WRENCH, Equilibrium, Impedance, Pose, SolveFailed, Wrench
-from sits_mech.scene.plausible import check_loads
+from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveFailed, Wrench
 from sits_mech.scene.sensor import Sensor, shape_on_cover, silicones_of
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
@@ -125,8 +127,8 @@ def plan(
     ('block', 'sheets')
     """
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
-    check_loads(sensor, {part: [getattr(load, part) for load in loads] for part in WRENCH})
-    layer = choose_mechanics(sensor, mechanics, loads, asked) if loads else None
+    choose = partial(mechanical_model, sensor, mechanics, loads=loads)
+    layer = aimed_mechanics(sensor, choose, loads, magnetics, asked)[1] if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
     seen = _seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))

@@ -1,10 +1,15 @@
 """What a sensor shows under a history: against single loads, the models that are taken, values between times."""
 
+import json
+
 import numpy as np
 import pytest
 
+from sits_mech.analysis.cycle import load_cycle, triangle
 from sits_mech.analysis.histories.interpolant import Interpolant
 from sits_mech.analysis.histories.response import in_time, taken_layer
+from sits_mech.chain.models import mechanical_model
+from sits_mech.chain.plans.plan import plan
 from sits_mech.chain.simulate import simulate
 from sits_mech.mechanics.histories import LoadHistory, motion_of
 from sits_mech.notes import OmissionKind, unpacked_omissions
@@ -189,3 +194,13 @@ def test_only_rows_that_a_straight_line_misses_are_solved():
     assert jagged.divided(1)[0].solved.all()
     assert np.flatnonzero(straight.divided(1)[0].solved).tolist() == [0, 4, 8]
     assert np.flatnonzero(straight.divided(4)[0].solved).tolist() == [0, 2, 4, 6, 8]
+
+
+@pytest.mark.slow
+def test_a_model_of_one_mesh_is_chosen_again_for_cycles_histories_and_plans():
+    """As for one load: rubber that `linear` would answer, beside the coils' error, above the tolerance."""
+    rubber = load_sensor("biorob2018", ['elastomer.material={E="3 MPa", nu=0.499}'])
+    load, course = Wrench(F_z=1.3), loads([0.0, 1.0], (0.0, 0.0), (0.0, 1.3))
+    for data in (load_cycle(rubber, load, triangle(1.0, 1, samples=4), points=5), in_time(rubber, course)):
+        assert json.loads(data.attrs["request"])["mechanics"] == "block" and data.attrs["error"] < 1e-2
+    assert mechanical_model(rubber, loads=[load])[1].name == "linear" and plan(rubber, [load]).mechanics.name == "block"

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from functools import partial
 
 import numpy as np
 import pytest
@@ -106,8 +105,8 @@ def test_lengths_of_coils_change_what_signals_are_percents_of(sensor: Sensor) ->
 def test_coils_aside_are_the_target_moved_back(sensor: Sensor) -> None:
     """All of them by a star: minus the derivative by d_h of the pose, which stays; the sum signal with it."""
     found = gradient(sensor, LOAD, ("coils.*.centre.0", "elastomer.thickness"), **PLANE)
-    chosen = partial(mechanical_model, sensor, "planar", loads=[LOAD])
-    rest = aimed_rest(sensor, [LOAD], chosen, ("planar", 1e-2), symmetry_of(sensor))
+    own = mechanical_model(sensor, "planar", loads=[LOAD])
+    rest = aimed_rest(sensor, [LOAD], own, ("planar", 1e-2), symmetry_of(sensor))
     pose, field = found.simulation.equilibrium.pose, rest.field
     by_pose = slopes(sensor, field, pose, sensor.frequency, components=["d_h"])
     for own, expected in ((found.L, by_pose.L), (found.R, by_pose.R)):

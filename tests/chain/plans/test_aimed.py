@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sits_mech.chain.interpolate import LayerGrid
-from sits_mech.chain.models import MAGNETICS, loaded_model
-from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, readable_poses, status_of
+from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
+from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, aimed_mechanics, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
 from sits_mech.chain.plans.prices import Expected, expected
 from sits_mech.chain.propagation import poses_of
@@ -53,6 +53,35 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert Promise(one, 2.0, 0.01, 0.02).record == {
         "planned_seconds": one.seconds, "planned_error": one.error, "seconds": 2.0, "reached": 0.01, "error": 0.02,
     }
+
+
+class Missing:
+    """One mesh, always as far off, whatever it says of it."""
+
+    def __init__(self, said: float) -> None:
+        self.report = SolveReport("one", 1, 1, 0.0, said, 0.0)
+
+    def equilibrium(self, wrench: Wrench, *, start: Equilibrium | None = None) -> Equilibrium:
+        return Equilibrium(wrench, POSE, Pose(5e-6, 1e-6), np.zeros(0), self.report)
+
+
+@pytest.mark.parametrize(
+    ("said", "why", "again"), [(5e-3, Why.WITHIN, 5e-3), (0.1, Why.WITHIN, 1e-2), (0.0, Why.WITHIN, 0.0),
+                               (5e-3, Why.NAMED, 0.0)]
+)
+def test_what_no_goal_refines_is_chosen_once_more(said: float, why: Why, again: float) -> None:
+    """As much nearer as the coils' rest is missed by, than what it says or was asked; not by name or without error."""
+    asked = list[float]()
+
+    def choose(tolerance: float) -> tuple[Missing, Choice]:
+        asked.append(tolerance)
+        return Missing(said), Choice("one", why)
+
+    aimed_mechanics(SENSOR, choose, [Wrench(), LOAD], "planar", 1e-2)
+    aim = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])
+    assert aim is not None
+    off = aim.goal.mechanics(poses_of([Missing(said).equilibrium(LOAD)]))
+    assert off > aim.left and asked == [1e-2, *([pytest.approx(again * aim.left / off)] if again else [])]
 
 
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:
