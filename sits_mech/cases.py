@@ -146,7 +146,11 @@ class _Work:
             elif len(part) > 1:
                 lost.append(part)
             else:
-                yield from self._kept(part, [_lost(found)])
+                words = f"{type(found).__name__}: {found}"
+                if hasattr(found, "last_worker"):  # dask names a task of its own
+                    words = "each worker that it ran on was lost, as often as the scheduler tries"
+                row = {"status": FAILED, "reason": words, "lasting": False, "seconds": math.nan}  # to be tried again
+                yield from self._kept(part, [row])
         if lost:
             yield from self._spread(executor, 1, lost)
 
@@ -219,13 +223,6 @@ def _seldom(act: Callable[[], None]) -> Callable[[], None]:
 def _attempts(function: Callable[..., Mapping[str, Any]], points: Sequence[Row]) -> list[Row]:
     """Return the rows of a few points; runs where the executor puts it."""
     return [attempt(function, point) for point in points]
-
-
-def _lost(error: Exception) -> Row:
-    """Return the row of a point that its executor could not have called, which another run tries again."""
-    lost = "each worker that it ran on was lost, as often as the scheduler tries"  # dask names a task of its own
-    words = lost if hasattr(error, "last_worker") else f"{type(error).__name__}: {error}"
-    return {"status": FAILED, "reason": words, "lasting": False, "seconds": math.nan}
 
 
 def attempt(function: Callable[..., Mapping[str, Any]], point: Mapping[str, Any]) -> Row:

@@ -32,7 +32,7 @@ from sits_mech.boards.windings import hint
 from sits_mech.quantities import Array
 from sits_mech.scene.files import written
 from sits_mech.scene.parts.coils import Coil
-from sits_mech.scene.sensor import Sensor, sensor_from
+from sits_mech.scene.sensor import sensor_from
 from sits_mech.units import SceneError, shown
 from sits_mech.units import millimetres as mm
 
@@ -101,7 +101,10 @@ def board_scene(path: Path, choice: Selection) -> tuple[str, tuple[str, ...]]:
         table |= {"conductors": conductors} if conductors else {}
         notes += [*left_out, *changed]
     head = "".join(f"# {line}\n" for line in notes)
-    return head + written(table) + _to_add(sensor), tuple(notes)
+    reach = [[abs(coil.centre[k]) + coil.extent[k] / 2 for coil in sensor.coils] for k in (0, 1)]
+    width, length = (2e3 * max(side) for side in reach)
+    more = _TO_ADD.format(width=width, length=length, wide=1.5 * width, long=1.5 * length)
+    return head + written(table) + more, tuple(notes)
 
 
 def coil_alone(board: Board, found: Route) -> Coil:
@@ -189,13 +192,6 @@ def _route_note(board: Board, found: Route) -> str:
         f"{found.title}: {total:.5g} mm of track on {', '.join(layers)}, {corners} points, from {found.ends[0]} to "
         f"{found.ends[1]}{vias}{mean if len(thicknesses) > 1 else ''}"
     )
-
-
-def _to_add(sensor: Sensor) -> str:
-    """Return what to add to the scene, as comments, with a target as large as the coils."""
-    reach = [[abs(coil.centre[k]) + coil.extent[k] / 2 for coil in sensor.coils] for k in (0, 1)]
-    width, length = (2e3 * max(side) for side in reach)
-    return _TO_ADD.format(width=width, length=length, wide=1.5 * width, long=1.5 * length)
 
 
 def touching(found: Route) -> tuple[str, ...]:

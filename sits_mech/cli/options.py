@@ -205,7 +205,13 @@ class LoadGrid:
         left = {name: text for name, text in ranges.items() if getattr(self, name) is None}
         found = _in_si(replace(self, **left), LOAD_ARGUMENTS, quantity_or_range)
         found = {name: values for name, values in found.items() if values != 0.0}
-        return found if self.touch is None else found | _written_places(self.touch)
+        if self.touch is None:
+            return found
+        must = 'places such as "x=-2 mm:2 mm:5, y=0 mm", each once'
+        pairs = _pairs("--touch", self.touch, ("x", "y"), must)
+        if len(dict(pairs)) < len(pairs):
+            raise SceneError(f"--touch: must be {must}; got {self.touch!r}")
+        return found | {f"touch_{name}": quantity_or_range(value, "m", f"--touch {name}") for name, value in pairs}
 
     def borne(self, sensor: Sensor, components: Mapping[str, Any], mechanics: str) -> dict[str, Any]:
         """Return the components; where none was given, all of them smaller until the pad bears them."""
@@ -278,15 +284,6 @@ def _pairs(option: str, text: str, names: Collection[str], must: str) -> list[tu
     if any(not value or name not in names for name, value in pairs):
         raise SceneError(f"{option}: must be {must}; got {text!r}")
     return pairs
-
-
-def _written_places(text: str) -> dict[str, Any]:
-    """Return the places of ``--touch "x=-2 mm:2 mm:5, y=0 mm"`` by the names of a table's components [m]."""
-    must = 'places such as "x=-2 mm:2 mm:5, y=0 mm", each once'
-    pairs = _pairs("--touch", text, ("x", "y"), must)
-    if len(dict(pairs)) < len(pairs):
-        raise SceneError(f"--touch: must be {must}; got {text!r}")
-    return {f"touch_{name}": quantity_or_range(value, "m", f"--touch {name}") for name, value in pairs}
 
 
 def _in_si(given: Any, arguments: Mapping[str, str], read: Callable[[str, str, str], Any]) -> dict[str, Any]:

@@ -49,11 +49,13 @@ def cells_header(found: CellForces, title: str) -> str:
     M = found.inverse[:, order][..., order].reshape(n * r, n * r)
     N, bits = inverse_integers(M)
     rounding = 0.5 + _MICRO * load * float(np.abs(N / 2.0**bits - M).sum(axis=1).max())
+    aside = ", ".join(f"{found.reads[s]} of {cells.names[i]}" for i, s in np.argwhere(~found.known))
     return Template(page_file("cells.h.in", "export")).substitute(
         name=comment(title), version=__version__, n=n, r=r, cells=comment(", ".join(cells.names)), bits=bits,
         forces=", ".join(f"{name} [uN]" for name in names), rows=c_rows(N), products=(n * r) ** 2,
         check="" if len(set(cells.kinds)) > 1 else _CHECK.format(names=", ".join(names), r=r), load=f"{load:g}",
-        headers=_headers(cells), left_aside=_left_aside(found), rounding=f"{rounding:.2g}",
+        headers=_headers(cells), rounding=f"{rounding:.2g}",
+        left_aside="\n * " + comment(f"Left aside, and zero in force: {aside}.") if aside else "",
         beyond=_beyond(found, names), by_mixing=_words(load * found.by_mixing),
         by_finite_strain=_words(load * found.by_finite_strain), by_unread=_by_unread(found),
         gain=f"{np.abs(M).sum(axis=1).max():.3g}",
@@ -69,13 +71,6 @@ def _headers(cells: Cells) -> str:
     alike = [[name for name, k in zip(cells.names, kinds, strict=True) if k == own] for own in sorted(set(kinds))]
     of = comment("; ".join(", ".join(names) for names in alike))
     return f"one for each of\n * {of}: each in a file of C of its own, as two do not stand in one"
-
-
-def _left_aside(found: CellForces) -> str:
-    """Return which of the forces a cell does not read, where others do."""
-    names = found.crosstalk.cells.names
-    each = [f"{found.reads[s]} of {names[i]}" for i, s in np.argwhere(~found.known)]
-    return "\n * " + comment(f"Left aside, and zero in force: {', '.join(each)}.") if each else ""
 
 
 def _beyond(found: CellForces, names: Sequence[str]) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from sits_mech.analysis.spectrum import at_terminals
 from sits_mech.chain.models import magnetic_model
 from sits_mech.export.source import Source, interpolated_pose, resting_load
-from sits_mech.quantities import UNITS, Array, Impedance, Pose
+from sits_mech.quantities import UNITS, Array, Impedance
 from sits_mech.readout.loads import load_words, varied
 from sits_mech.scene.files import write_text
 from sits_mech.scene.sensor import SceneError
@@ -39,16 +39,12 @@ def write_spice(source: Source, path: Path) -> tuple[str, ...]:
     model, _ = magnetic_model(source.sensor, name, source.request["tolerance"])
     found = model.impedance(pose, source.sensor.frequency)
     made = f"{source.about}; coils by {name}, error of L {float(np.max(found.error_L)):.1e} H"
-    write_text(path, netlist(source.sensor.coil_names, found, (made, _state(source, pose))))
-    return at_terminals(source.sensor, found)[1]
-
-
-def _state(source: Source, pose: Pose) -> str:
-    """Return load and pose as one line."""
     load = vars(resting_load(source))
     shown = {name: value for name, value in load.items() if value != 0.0 or name in varied(source.data)}
     place = {name: value for name, value in asdict(pose).items() if value != 0.0 or name in ("d_h", "d_v", "alpha")}
-    return f"{load_words(shown)}: " + ", ".join(f"{name} = {value:.6g} {UNITS[name]}" for name, value in place.items())
+    state = ", ".join(f"{name} = {value:.6g} {UNITS[name]}" for name, value in place.items())
+    write_text(path, netlist(source.sensor.coil_names, found, (made, f"{load_words(shown)}: {state}")))
+    return at_terminals(source.sensor, found)[1]
 
 
 def netlist(names: list[str], found: Impedance, remarks: tuple[str, ...] = ()) -> str:

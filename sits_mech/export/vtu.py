@@ -73,7 +73,11 @@ def write_vtu(source: Source, path: Path) -> tuple[str, ...]:
         file = f"load_{len(steps):04d}.vtu"
         write_bytes(path / file, vtu_file(model, found))
         steps.append((file, _words(wrench)))
-    write_text(path / f"{path.name}.pvd", _collection(steps))
+    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
+    lines.append("  <Collection>")
+    for number, (file, load) in enumerate(steps):
+        lines.append(f'    <!-- {load} --><DataSet timestep="{number}" group="" part="0" file="{file}"/>')
+    write_text(path / f"{path.name}.pvd", "\n".join([*lines, "  </Collection>", "</VTKFile>", ""]))
     return tuple(notes)
 
 
@@ -194,12 +198,3 @@ def _boxes(part: float, corners: Array, moved: Array) -> Piece:
 def _flat(plane: Array) -> Array:
     """Return x, y = 0, z."""
     return np.column_stack([plane[:, 0], np.zeros(len(plane)), plane[:, 1]])
-
-
-def _collection(steps: list[tuple[str, str]]) -> str:
-    """Return the list of files, each with its load."""
-    lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
-    lines.append("  <Collection>")
-    for number, (file, load) in enumerate(steps):
-        lines.append(f'    <!-- {load} --><DataSet timestep="{number}" group="" part="0" file="{file}"/>')
-    return "\n".join([*lines, "  </Collection>", "</VTKFile>", ""])

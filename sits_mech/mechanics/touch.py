@@ -167,8 +167,10 @@ def check_places(sensor: Sensor, axes: Mapping[str, Sequence[float]]) -> None:
         return
     held = {name: axes.get(name, [0.0]) for name in WRENCH}
     shears = any((*held["F_x"], *held["F_y"]))
-    if given:
-        _check_forces(held, shears)
+    if given and (moments := [name for name in ("M", "M_x") if any(held[name])]):
+        raise SceneError(f"{', '.join(moments)}: must be left out with a touch's places, which give moments; got some")
+    if given and shears and 0.0 in held["F_z"]:
+        raise SceneError("F_z: must not be 0 where a touch has several places and shears; got 0 N")
     if sensor.touch.friction == "none" and (shears or any(held["M_z"]) or min(held["F_z"]) < 0.0):
         words = "" if sensor.cover is None else ", which only a pressure is on a cover,"
         raise SceneError(f'touch.friction: must be "sticking"{words} for shear, torsion or a pull (F_z < 0); '
@@ -196,15 +198,6 @@ def _check_radius(sensor: Sensor, touch: Touch, force: float) -> None:
         needed = mm(R * (force / least) ** (1.0 / power), 2)
         raise SceneError(f"touch.radius: must be some {needed} or more under {force:g} N, or what presses sinks into "
                          f"the cover by its radius, as under {least:.2g} N; got {mm(R)}")
-
-
-def _check_forces(held: Mapping[str, Sequence[float]], shears: bool) -> None:
-    """Refuse values of a load's components that cannot go with several places of a touch."""
-    moments = [name for name in ("M", "M_x") if any(held[name])]
-    if moments:
-        raise SceneError(f"{', '.join(moments)}: must be left out with a touch's places, which give moments; got some")
-    if shears and 0.0 in held["F_z"]:
-        raise SceneError("F_z: must not be 0 where a touch has several places and shears; got 0 N")
 
 
 def touch_wrench(sensor: Sensor, load: Wrench, pose: Array) -> Wrench:

@@ -79,15 +79,6 @@ def _touch_tables(found: CellTouch) -> list[Table]:
     return [moves, read, key_table("touch", lines)]
 
 
-def _touch_figure(found: CellTouch) -> Figure:
-    """Draw the pad with its cells and the touch from above, with what the coils of each change by."""
-    change = 100.0 * (found.L / found.L_rest - 1.0)
-    with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
-        _draw_plan(plan, found.cells, ["\n".join(f"{each:+.2g} %" for each in own if each == each) for own in change])
-        plan.set(title=f"$\\Delta L$ under a {found.cells.touched.words}, {found.force:g} N")
-        return figure
-
-
 def _strain(share: float, of: str) -> str:
     """Return a share of finite strain in words."""
     return "not bounded" if math.isinf(share) else f"{100.0 * share:.2g} % of {of}"
@@ -96,7 +87,12 @@ def _strain(share: float, of: str) -> str:
 def cells_figure(found: CellCrosstalk | CellTouch) -> Figure:
     """Draw the pad with its cells from above, and which F_z each reads by F_z on another, or what a touch changes."""
     if isinstance(found, CellTouch):
-        return _touch_figure(found)
+        change = 100.0 * (found.L / found.L_rest - 1.0)
+        with new_figure(1.0, width=1.2 * COLUMN) as (figure, (plan,)):
+            words = ["\n".join(f"{each:+.2g} %" for each in own if each == each) for own in change]
+            _draw_plan(plan, found.cells, words)
+            plan.set(title=f"$\\Delta L$ under a {found.cells.touched.words}, {found.force:g} N")
+            return figure
     names, own = found.cells.names, np.eye(len(found.cells.names), dtype=bool)
     percent = np.where(own, np.nan, 100.0 * found.total[:, 0, :, 0])
     with new_figure(0.55, columns=2, width=2.0 * COLUMN) as (figure, (plan, matrix)):

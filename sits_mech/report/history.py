@@ -99,14 +99,6 @@ def history_csv(data: xr.Dataset) -> str:
     return str(frame.assign(given=frame["given"].astype(int)).to_csv(index=False))
 
 
-def codes_csv(data: xr.Dataset) -> str:
-    """Return the converter's codes as CSV, a line for each coil of each scan, in the order in which they come."""
-    columns = {"time": "code_time", "ready": "code_ready", "code": "code", "L": "code_L"}
-    table = data[[*columns.values()]].to_dataframe(dim_order=["scan", "coil"]).reset_index()
-    table = table.rename(columns={old: new for new, old in columns.items()})
-    return str(table[["time", "ready", "coil", "code", "L"]].to_csv(index=False))
-
-
 def history_curves(data: xr.Dataset) -> Figure:
     """Plot loads, pose and signals that change over time, one below the other; bands are errors."""
     time, rest = data["time"].to_numpy(), float(data["d_v"][0])
@@ -149,6 +141,9 @@ def write_history(sensor: Sensor, data: xr.Dataset, folder: Path) -> list[str]:
     save_table(data, folder / "history.nc")
     write_text(folder / "history.csv", history_csv(data))
     if "code" in data:
-        write_text(folder / "codes.csv", codes_csv(data))
+        columns = {"time": "code_time", "ready": "code_ready", "code": "code", "L": "code_L"}
+        codes = data[[*columns.values()]].to_dataframe(dim_order=["scan", "coil"]).reset_index()
+        codes = codes.rename(columns={old: new for new, old in columns.items()})
+        write_text(folder / "codes.csv", codes[["time", "ready", "coil", "code", "L"]].to_csv(index=False))
     save_sensor(sensor, folder / "scene.toml")
     return save_figures(folder, {"history": partial(history_curves, data)})

@@ -323,17 +323,14 @@ def _alone(shared: Mapping[str, Any], own: Cell, where: str) -> dict[str, Any]:
     if own.coils is not None and isinstance(coils, list | tuple):
         names, key = list(map(_name_of, coils)), f"{where}: targets.{own.name}.coils"
         found["coils"] = [coils[names.index(name)] for name in own.coils if name in names]
-        _check_names(key, own.coils, list(map(str, names)))
+        known = list(map(str, names))
+        for name in own.coils:
+            if name not in known:
+                raise SceneError(f"{key} {unknown(name, known)}")
+        if len(set(own.coils)) < max(len(own.coils), 1):
+            named = ", ".join(own.coils) or "none"
+            raise SceneError(f"{key} must name one coil of the scene or more, each once; got {named}")
     return found
-
-
-def _check_names(key: str, own: Sequence[str], names: Sequence[str]) -> None:
-    """Refuse names of a cell's coils that are none of the scene's, none at all, or one twice."""
-    for name in own:
-        if name not in names:
-            raise SceneError(f"{key} {unknown(name, names)}")
-    if len(set(own)) < max(len(own), 1):
-        raise SceneError(f"{key} must name one coil of the scene or more, each once; got {', '.join(own) or 'none'}")
 
 
 def _name_of(coil: Any) -> Any:

@@ -88,7 +88,10 @@ def serve(
     requirement file.
     """
     token, solver = secrets.token_urlsafe(24), SolverProcess()
-    port = port or _free_port()
+    if not port:
+        with socket.socket() as found:
+            found.bind(("127.0.0.1", 0))
+            port = int(found.getsockname()[1])
     query = urlencode({"token": token, "scene": source})
     address = f"http://127.0.0.1:{port}/?{query}"
     app.add_middleware(Guard, token=token)
@@ -100,13 +103,6 @@ def serve(
         app.on_startup(lambda: webbrowser.open(address))
     ui.run(host="127.0.0.1", port=port, show=False, reload=False, show_welcome_message=False,
            uvicorn_logging_level="error", reconnect_timeout=_AWAY)
-
-
-def _free_port() -> int:
-    """Return a free port."""
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 async def _opened(solver: SolverProcess, models: tuple[str, str, float], required: str) -> None:

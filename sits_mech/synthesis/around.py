@@ -68,18 +68,13 @@ def prices(search: Search, branch: Any, best: Answered) -> tuple[Price, ...]:
         gain = np.nan
         if name in task.limits and task.minimised and branch.prediction.solved and len(best.design.x):
             objective = search.propose(branch).merit if np.isnan(objective) else objective
-            loose = replace(search, task=_looser(task, name)).propose(branch).merit
+            limits = task.limits | {name: task.limits[name] * (1.0 + kind_of(name).sign * _LOOSER)}
+            judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
+            eased = replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)  # scales as before
+            loose = replace(search, task=eased).propose(branch).merit
             gain = (loose - objective) / abs(objective) if objective else np.nan
         found.append(Price(name, excess, float(gain)))
     return tuple(sorted(found, key=lambda price: -price.excess))
-
-
-def _looser(task: Task, name: str) -> Task:
-    """Return a task with one limit a tenth looser, its scales unchanged."""
-    factor = 1.0 + kind_of(name).sign * _LOOSER
-    limits = task.limits | {name: task.limits[name] * factor}
-    judge = replace(task.judge, limits={key: limits[key] for key in task.judge.limits})
-    return replace(task, judge=judge, limits=limits, weighed=task.weighed or task.limits)
 
 
 def landscape_of(asked: Requirements, search: Search, prediction: Prediction, best: Answered) -> Landscape | None:

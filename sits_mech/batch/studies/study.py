@@ -17,7 +17,7 @@ from sits_mech.batch.adaptive import axes_of
 from sits_mech.batch.requests import REQUESTS, Request
 from sits_mech.batch.studies.asked import Stage, Study, arguments_of, of_scene, overrides_of
 from sits_mech.batch.studies.samples import MOST, SAMPLED, Expression, cube, derived, expression, names_of, sampled
-from sits_mech.batch.studies.written import SCENE, StageTable, StudyTable
+from sits_mech.batch.studies.written import SCENE, StudyTable
 from sits_mech.batch.tables import SWEPT
 from sits_mech.cases import grid_points
 from sits_mech.inputs import checked, unknown
@@ -44,7 +44,10 @@ def stages_of(table: StudyTable, scenes: Mapping[str, Sensor]) -> tuple[Stage, .
                 raise SceneError(f"export: must follow {' or '.join(SWEPT)}; it follows {request}")
         except SceneError as error:
             raise SceneError(f"{place}: {error}") from None
-        found.append(_stage(place, stage, study))
+        tests = tuple(_of_columns(f"{place}.where", text, condition=True) for text in stage.where)
+        end = next((end for end in ("least", "largest") if end in stage.model_fields_set), None)
+        order = None if end is None else _of_columns(f"{place}.{end}", getattr(stage, end))
+        found.append(Stage(tests, order, end == "largest", stage.count, study, tuple(stage.export)))
         request, fixed = found[-1].name, fixed | stage.fixed
     return tuple(found)
 
@@ -68,14 +71,6 @@ def _asked(name: str, varied: Row, fixed: tuple[Row, Row], scenes: Mapping[str, 
     request.in_si(arguments)
     own_scenes = {key: changed(scene, overrides) for key, scene in scenes.items()}
     return Study(texts_of(own_scenes, request, varied), name, {}, arguments)
-
-
-def _stage(place: str, table: StageTable, study: Study | None) -> Stage:
-    """Return a stage that asks for a study, or exports, from its table."""
-    tests = tuple(_of_columns(f"{place}.where", text, condition=True) for text in table.where)
-    end = next((end for end in ("least", "largest") if end in table.model_fields_set), None)
-    order = None if end is None else _of_columns(f"{place}.{end}", getattr(table, end))
-    return Stage(tests, order, end == "largest", table.count, study, tuple(table.export))
 
 
 def _of_columns(where: str, text: object, *, condition: bool = False) -> Expression:

@@ -52,7 +52,9 @@ def fill_between(outer: Array, holes: Sequence[Array]) -> tuple[Array, Integers]
     centre, scale = outer.mean(axis=0), float(np.ptp(outer, axis=0).max())
     with generator.geo.Geometry() as geometry:
         _set_options()
-        _ignore_broken_pipes()
+        # as Python does: gmsh lets broken pipes end the process, without a word
+        if (number := getattr(signal, "SIGPIPE", None)) is not None:  # Windows has none
+            signal.signal(number, signal.getsignal(number))
         loops = [_loop(geometry, (outline - centre) / scale) for outline in (outer, *holes)]
         geometry.add_plane_surface(loops[0], holes=loops[1:])
         try:
@@ -72,13 +74,6 @@ def _set_options() -> None:
         ("Mesh.MeshSizeMin", 0), ("Mesh.MeshSizeFromPoints", 0), ("Mesh.MeshSizeExtendFromBoundary", 1),
     ):
         gmsh.option.setNumber(name, number)
-
-
-def _ignore_broken_pipes() -> None:
-    """Ignore broken pipes again, as Python does: gmsh lets them end the process, without a word."""
-    number = getattr(signal, "SIGPIPE", None)  # Windows has none
-    if number is not None:
-        signal.signal(number, signal.getsignal(number))
 
 
 def _loop(geometry: object, outline: Array) -> object:

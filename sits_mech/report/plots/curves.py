@@ -57,7 +57,8 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
     data = _in_mm(data)
     with new_figure(0.8) as (figure, (axes,)):
         curves = _curves(data, signal, family)
-        seen, words = _errors_of(curves)
+        error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
+        seen = not error < _SEEN * height
         for (name, values, errors), stroke in zip(curves, strokes(len(curves)), strict=True):
             axes.errorbar(data[along], values, errors if seen else None, **stroke, elinewidth=0.6, label=name)
             if seen:  # bars as a line that is not drawn: the legend keeps clear of lines alone
@@ -66,24 +67,13 @@ def signal_curves(data: xr.Dataset, force: str) -> Figure:
         axes.set_xlabel(load_label(along))
         pair = "$L_v = L_1 + L_2$" if signal == "L_v_percent" else "$L_h = L_1 - L_2$"
         axes.set_ylabel(signal_label(signal).replace(pair[:4] + "$", pair))
-        figure.suptitle(_curves_title(data, signal, held, words))
+        kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
+        words = "; ".join(filter(None, (kind + by_models(data), _mathematics(held))))
+        off = f"{'bars: ' * seen}errors up to {error:.2g} % of $L_0$"
+        figure.suptitle(f"{fill(data.attrs.get('name', ''), 54)}\n{words}\n{off}".strip())
         if family is not None:
             axes.legend(title=_short_label(family), ncols=1 + (len(curves) > 5))
     return figure
-
-
-def _errors_of(curves: list[tuple[str, Array, Array]]) -> tuple[bool, str]:
-    """Return whether bars of errors can be seen, and the largest error in words."""
-    error, height = np.nanmax([each[2] for each in curves]), np.ptp([each[1] for each in curves])
-    seen = not error < _SEEN * height
-    return seen, f"{'bars: ' * seen}errors up to {error:.2g} % of $L_0$"
-
-
-def _curves_title(data: xr.Dataset, signal: str, held: str, errors: str) -> str:
-    """Return what the curves are, of what, at what, and how far off they may be."""
-    kind = {"v": "normal signal", "y": "shear signal along y"}.get(short_name(signal)[-1], "shear signal")
-    words = "; ".join(filter(None, (kind + by_models(data), _mathematics(held))))
-    return f"{fill(data.attrs.get('name', ''), 54)}\n{words}\n{errors}".strip()
 
 
 def by_models(data: xr.Dataset) -> str:

@@ -35,13 +35,17 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
     signals = {str(name): float(value) for name, value in stray.items()}
     for name, (value, error) in largest_rotation(data).items():
         signals |= {f"rotation_as_{name}": value, f"error_rotation_as_{name}": error}
+    bent = named(forces, found.crosstalk_error)
+    for name, signal in own.items():
+        size = stray[f"full_scale_{signal}"]
+        bent[name] = stray[f"error_full_scale_{signal}"] / size if size > 0.0 else math.inf
     record = {
         "full_scale": named(forces, found.full_scale),
         "own_signal": own,
         "signal_range": named(coils, found.signal_range),
         "error_range": named(coils, found.error_range),
         "linearity": named(forces, found.linearity),
-        "error_linearity": _bend_errors(found, stray, own),
+        "error_linearity": bent,
         "sensitivity": _matrix(coils, forces, found.sensitivity),
         "error_sensitivity": _matrix(coils, forces, found.error_sensitivity),
         "crosstalk_before": before,
@@ -68,15 +72,6 @@ def quality_record(found: Quality, data: xr.Dataset, scatter: ForceSpread | None
 def _matrix(rows: Sequence[str], columns: Sequence[str], values: Array) -> Record:
     """Return the rows of a matrix by their names, each by those of the columns."""
     return {name: named(columns, row) for name, row in zip(rows, values, strict=True)}
-
-
-def _bend_errors(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> Record:
-    """Return the error of each force's nonlinearity over its signal's range, by the errors of the signal."""
-    errors = named(found.forces, found.crosstalk_error)
-    for name, signal in own.items():
-        size = stray[f"full_scale_{signal}"]
-        errors[name] = stray[f"error_full_scale_{signal}"] / size if size > 0.0 else math.inf
-    return errors
 
 
 def _before(found: Quality, stray: Mapping[Hashable, Any], own: Mapping[str, str]) -> tuple[Record, Record]:
