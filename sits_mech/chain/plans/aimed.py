@@ -163,8 +163,7 @@ def aimed_loads(
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""
         rests = [one.rest for one in some if one.rest]
-        poses = readable_poses(sensor, some)
-        found = aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
+        found = aim_at(sensor, magnetics, grid.tolerance, loads, readable_poses(sensor, some))
         return None if found is None else found.sharing(rests, whole(rests))
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):
