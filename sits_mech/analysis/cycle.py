@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.aimed import aim_at, aimed_mechanics
 from sits_mech.chain.plans.goal import farthest, flags_over
@@ -80,8 +79,7 @@ def load_cycle(
     if not np.all((programme.share >= 0.0) & (programme.share <= 1.0)):
         raise SceneError(f"share must lie between 0 and 1; got {programme.share.min():g} to {programme.share.max():g}")
     field, by_field = loaded_model(sensor, magnetics, tolerance, [peak])
-    choose = partial(mechanical_model, sensor, mechanics, loads=[peak])
-    layer, by_layer = aimed_mechanics(sensor, choose, [peak], magnetics, tolerance)
+    layer, by_layer = aimed_mechanics(sensor, mechanics, tolerance, [peak], magnetics)
     curve = elastic_curve(layer, peak, height=layer_parts(sensor)[0].load_height, points=points)
     symmetry = symmetry_of(sensor)
     found = [symmetrised(item, symmetry, item.wrench) for item in curve.found]

@@ -19,7 +19,7 @@ from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
 from sits_mech.chain.derivatives.temperature import CHAINED, slopes_by_temperature
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
-from sits_mech.chain.models import loaded_model, mechanical_model
+from sits_mech.chain.models import loaded_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.aimed import AimedLoads, aimed_loads, aimed_mechanics, status_of
 from sits_mech.chain.plans.goal import answer_error
@@ -116,8 +116,7 @@ def calibrate(
         raise SceneError(f"loads: must be at most {_MOST} of a table; got {count}: take fewer values of a component")
     loads = loads_of(axes, sensor.touched_point)
     _, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-    choose = partial(mechanical_model, sensor, mechanics, loads=loads)
-    layer, by_layer = aimed_mechanics(sensor, choose, loads, magnetics, tolerance)
+    layer, by_layer = aimed_mechanics(sensor, mechanics, tolerance, loads, magnetics)
     numbers = _by_temperature(sensor, by_layer.name, layer) if drift else None
     own = layer if numbers is None else WithSlopes(layer, tuple(numbers[1]))
     keep = (folder, kept_key(sensor, by_layer.name, by_layer.asked(tolerance), drift=drift))

@@ -66,11 +66,12 @@ def aimed_rest(
     if via:
         found = _along_path(sensor, layer, loads)
         return AimedRest(found, found, np.eye(len(WRENCH)), left_out, field, tolerance)
-    if depends_on_path(sensor):
-        return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance)
-    first, start, back = _of_load(sensor, symmetry, layer.rough if isinstance(layer, RefinedModel) else layer, wrench)
-    check_clearance(sensor, first.pose)
-    aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
+    aim = None
+    if not depends_on_path(sensor):
+        rough = layer.rough if isinstance(layer, RefinedModel) else layer
+        first, start, back = _of_load(sensor, symmetry, rough, wrench)
+        check_clearance(sensor, first.pose)
+        aim = aim_at(sensor, name, tolerance, [wrench], [first.pose])
     if aim is None:
         return AimedRest(*_of_load(sensor, symmetry, layer, wrench), left_out, field, tolerance)
     aim = aim.sharing([first], [including(sensor, first, left_out)])

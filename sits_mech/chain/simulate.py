@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.chain.models import Choice, mechanical_model
 from sits_mech.chain.omitted.mechanical import including
 from sits_mech.chain.plans.aimed import Promise, aimed_mechanics
 from sits_mech.chain.plans.goal import answer_error, goal_at, rest_flags
@@ -26,7 +25,7 @@ from sits_mech.geometry.tracks import check_frequency
 from sits_mech.mechanics.depth import TouchLoad, to_depth
 from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.notes import Omission
-from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, MechanicalModel, SolveFailed, Wrench
+from sits_mech.quantities import Equilibrium, Impedance, MagneticModel, SolveFailed, Wrench
 from sits_mech.readout.signals import Signals
 from sits_mech.scene.sensor import Sensor
 from sits_mech.status import OK
@@ -115,13 +114,8 @@ def simulate(
     began = time.process_time()
     wrench, depth = (wrench.wrench, wrench.depth) if isinstance(wrench, TouchLoad) else (wrench, None)
     loads = [*via, wrench]
-
-    def chosen(asked: float) -> tuple[MechanicalModel, Choice]:
-        """Return the mechanical model to a tolerance of the pose."""
-        layer, choice = mechanical_model(sensor, mechanics, asked, loads)
-        return (layer if depth is None else to_depth(layer, sensor, depth)), choice
-
-    own = aimed_mechanics(sensor, chosen, loads, magnetics, tolerance)
+    layer, choice = aimed_mechanics(sensor, mechanics, tolerance, loads, magnetics)
+    own = (layer if depth is None else to_depth(layer, sensor, depth)), choice
     found = aimed_rest(sensor, loads, own, (magnetics, tolerance), symmetry_of(sensor), best=best)
     rest = including(sensor, found.rest, found.left_out)
     shown = simulation_at(sensor, found.field, rest)

@@ -71,8 +71,6 @@ _UNIFORM = 7.5  # thicknesses of a layer's width beyond which its middle is shea
 def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
     """Return an upper bound of the relative error of one linear compliance under any of the loads [-].
 
-    It grows by its own share, as the error that `linear` states.
-
     Infinite for slender layers, and where the scene has no layer that a strip stands for.
     """
     plain = plain_pad(sensor)
@@ -95,7 +93,6 @@ def strain_bound(sensor: Sensor, loads: Sequence[Wrench]) -> float:
             )
             for layer, own in zip(elastomer.stack, more, strict=True)
         )
-        compliance *= 1.0 + min(compliance, 1.0)
         return min(compliance, _film_bound(*plain, (sink, shear, edge))) if is_film(*plain) else compliance
 
     return max(of_load(*each) for each in strains)
@@ -239,11 +236,12 @@ def _hair(sensor: Sensor, model: str) -> Refusal | None:
 def _left_out(sensor: Sensor, question: Question, *, small: bool, flat: bool | None) -> tuple[Omission, ...]:
     """Return what a model leaves out: of `small` strain the finite one, which its own error holds; `flat` the ends.
 
-    Without `flat` the pad decides.
+    Without `flat` the pad decides. Of finite strain as much more as its share is, as in the error of `linear`.
     """
     found = list[Omission]()
     if small:
         bound = strain_bound(sensor, question.loads) if question.loads else math.inf  # of loads that are not known
+        bound *= 1.0 + min(bound, 1.0)
         found.append(Omission(OmissionKind.FINITE_STRAIN, bound, Relative.DISPLACEMENT, bound=True, included=True))
     if _is_flat(sensor) if flat is None else flat:
         found.append(_ends(sensor, question))

@@ -346,7 +346,7 @@ def test_a_failure_is_that_of_the_load_and_not_of_its_image(kind: Literal["recta
 
 
 def test_a_frequency_of_waves_is_refused_before_the_layer_is_solved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sits_mech.chain.simulate.mechanical_model", None)
+    monkeypatch.setattr("sits_mech.chain.plans.aimed.mechanical_model", None)
     with pytest.raises(ValueError, match="frequency: must be below"):
         simulate(load_sensor("biorob2018", ['frequency="10 GHz"']), Wrench(F_z=0.1))
 

@@ -19,7 +19,6 @@ import json
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -78,8 +77,8 @@ def in_time(
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved
     loads = expected_loads(sensor, history)
     field, by_field = loaded_model(sensor, magnetics, tolerance, loads)
-    choose = partial(taken_layer, sensor, mechanics, loads=loads, points=points or bool(history.held.any()))
-    layer, by_layer = aimed_mechanics(sensor, choose, loads, magnetics, tolerance)
+    points = points or bool(history.held.any())
+    layer, by_layer = taken_layer(sensor, (mechanics, magnetics), tolerance, loads, points=points)
     every_omission, names = mechanical_omissions(sensor, by_layer.name, loads), sensor.coil_names
     left_out = tuple(item for item in every_omission if item.weighs)
     asked = _Asked(sensor, loads, (layer, field), magnetics, tolerance, left_out)
@@ -228,7 +227,7 @@ def _at_all_times(
 
 
 def taken_layer(
-    sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench], *, points: bool = False
+    sensor: Sensor, models: tuple[str, str], tolerance: float, loads: Sequence[Wrench], *, points: bool = False
 ) -> tuple[MechanicalModel, Choice]:
     """Return the mechanical model: small loads take a smaller one; softening takes one at finite strain.
 
@@ -236,7 +235,8 @@ def taken_layer(
     """
     if points:
         check_untouched(sensor, "every point of the pad over time")
-    found = mechanical_model(sensor, mechanics, tolerance, loads)
+    mechanics, magnetics = models
+    found = aimed_mechanics(sensor, mechanics, tolerance, loads, magnetics)
     softens = any(each.mullins is not None for each in silicones_of(sensor))
     if isinstance(found[0], TimedModel) or not (points or softens):
         return found

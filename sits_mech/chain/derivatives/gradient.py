@@ -19,14 +19,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.derivatives.fixed_pose import AtFixedPose, at_fixed_poses, place_of
-from sits_mech.chain.models import Choice, loaded_model, mechanical_model
+from sits_mech.chain.models import Choice, loaded_model
 from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.chain.plans.aimed import aimed_mechanics
 from sits_mech.chain.propagation import signal_weights
@@ -118,11 +117,11 @@ class Moved(NamedTuple):
 
 
 def sloped_model(
-    sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench]
+    sensor: Sensor, mechanics: str, tolerance: float, loads: Sequence[Wrench], magnetics: str = "auto"
 ) -> tuple[SlopedModel, Choice]:
     """Return the mechanical model for some loads and its choice; raise SceneError for one without derivatives."""
     check_untouched(sensor, "derivatives")
-    layer, choice = mechanical_model(sensor, mechanics, tolerance, loads)
+    layer, choice = aimed_mechanics(sensor, mechanics, tolerance, loads, magnetics)
     if not isinstance(layer, SlopedModel):
         raise SceneError(f"mechanics: must be block, planar, axisymmetric or linear for a gradient; got {choice.name}")
     return layer, choice
@@ -163,8 +162,7 @@ def gradient(
     numbers, moving = scene_numbers(sensor, names)
     _, by_field = loaded_model(sensor, magnetics, tolerance, [wrench])
     symmetry = symmetry_kept(sensor, moving)
-    chosen = partial(sloped_model, sensor, mechanics, loads=[wrench])
-    own = aimed_mechanics(sensor, chosen, [wrench], magnetics, tolerance)
+    own = sloped_model(sensor, mechanics, tolerance, [wrench], magnetics)
     rest = aimed_rest(sensor, [wrench], own, (magnetics, tolerance), symmetry)
     found, back, field = rest.image, rest.back, rest.field
     by_pose = own[0].slopes(found, moving, sideways=sideways or wrench.out_of_plane != ())

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -29,7 +28,7 @@ from sits_mech.chain.derivatives.gradient import (
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of
 from sits_mech.chain.models import loaded_model
 from sits_mech.chain.omitted.mechanical import with_omissions
-from sits_mech.chain.plans.aimed import aimed_loads, aimed_mechanics, status_of
+from sits_mech.chain.plans.aimed import aimed_loads, status_of
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.mechanics.loads import RefinedModel, settle
 from sits_mech.quantities import POSE, WRENCH, Array, Equilibrium, MechanicalModel, Pose, Wrench
@@ -80,8 +79,7 @@ def gradient_on_grid(
     grid = _checked(loads)
     every = loads_of(grid)
     _, by_field = loaded_model(sensor, magnetics, tolerance, every)
-    choose = partial(sloped_model, sensor, mechanics, loads=every)
-    layer, choice = aimed_mechanics(sensor, choose, every, magnetics, tolerance)
+    layer, choice = sloped_model(sensor, mechanics, tolerance, every, magnetics)
     sloped = WithSlopes(layer, tuple(moving))
     solved = aimed_loads(LayerGrid(sensor, sloped, grid, symmetry_kept(sensor, moving), tolerance), magnetics)
     field, settled = solved.field, [solved.settled[load] for load in every]

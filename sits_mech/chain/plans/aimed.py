@@ -14,12 +14,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely, worst
-from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
+from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.goal import HALF, Goal, goal_at
 from sits_mech.chain.plans.prices import SURE, Expected, expected
@@ -34,8 +34,6 @@ from sits_mech.quantities import WRENCH, Equilibrium, MagneticModel, MechanicalM
 from sits_mech.scene.sensor import SceneError, Sensor
 from sits_mech.status import FAILED, OK
 from sits_mech.units import SLACK
-
-Layer = TypeVar("Layer", bound=MechanicalModel)
 
 
 class Promise(NamedTuple):
@@ -110,15 +108,14 @@ def aim_at(
 
 
 def aimed_mechanics(
-    sensor: Sensor, choose: Callable[[float], tuple[Layer, Choice]], loads: Sequence[Wrench], magnetics: str,
-    tolerance: float,
-) -> tuple[Layer, Choice]:
-    """Return the mechanical model of some loads for a tolerance of the signals.
+    sensor: Sensor, name: str, tolerance: float, loads: Sequence[Wrench], magnetics: str
+) -> tuple[MechanicalModel, Choice]:
+    """Return `mechanical_model` of some loads for a tolerance of the signals.
 
-    `choose` takes one to a tolerance of the pose. One that no goal refines, and that misses what the coils leave, is
-    chosen again to a tolerance as much smaller; that one may miss as well.
+    One that no goal refines, and that misses what the coils leave, is chosen again to a tolerance as much smaller; that
+    one may miss as well.
     """
-    layer, choice = choose(tolerance)
+    layer, choice = mechanical_model(sensor, name, tolerance, loads)
     if choice.why is not Why.WITHIN or isinstance(layer, RefinedModel) or depends_on_path(sensor):
         return layer, choice
     sizes, ways = np.array([load.components for load in loads]), list(product((1.0, -1.0), repeat=len(WRENCH)))
@@ -131,7 +128,9 @@ def aimed_mechanics(
     rests = [one.rest for one in settled if one.rest]
     aim = aim.sharing(rests, with_omissions(sensor, rests, choice.name))
     off, pose = max((aim.goal.mechanics(poses_of([one])), one.report.estimated_error) for one in rests)
-    return choose(min(pose, tolerance) * aim.left / off) if off > aim.left and pose > 0.0 else (layer, choice)
+    if min(off - aim.left, pose) <= 0.0:
+        return layer, choice
+    return mechanical_model(sensor, name, min(pose, tolerance) * aim.left / off, loads)
 
 
 class AimedLoads(NamedTuple):
@@ -164,8 +163,7 @@ def aimed_loads(
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""
         rests = [one.rest for one in some if one.rest]
-        poses = readable_poses(sensor, some)
-        found = aim_at(sensor, magnetics, grid.tolerance, loads, poses) if poses else None
+        found = aim_at(sensor, magnetics, grid.tolerance, loads, readable_poses(sensor, some))
         return None if found is None else found.sharing(rests, whole(rests))
 
     if isinstance(layer, RefinedModel) and not depends_on_path(sensor):

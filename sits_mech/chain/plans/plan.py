@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.interpolate import solved_likely
@@ -17,7 +16,6 @@ from sits_mech.chain.models import (
     choose_mechanics,
     chosen,
     magnetic_question,
-    mechanical_model,
 )
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.aimed import aimed_mechanics
@@ -127,8 +125,7 @@ def plan(
     ('block', 'sheets')
     """
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
-    choose = partial(mechanical_model, sensor, mechanics, loads=loads)
-    layer = aimed_mechanics(sensor, choose, loads, magnetics, asked)[1] if loads else None
+    layer = aimed_mechanics(sensor, mechanics, asked, loads, magnetics)[1] if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
     seen = _seen(sensor, layer, (solved, field.name), loads, asked)
     pairs = list(_halves(sensor, solved, (layer, field), loads, seen))

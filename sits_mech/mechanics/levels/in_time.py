@@ -158,19 +158,18 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     beneath = ground_notes(sensor, scales.pose(state.q))
     if beneath:  # the true target is held there: the error is the whole displacement
         error = np.maximum(error, np.abs(pose - scales.pose(0.0 * state.q).components))
-    stretch, before = (float(walk.values.max()) for walk in (last, walks[-2]))
+    stretches = [np.array([each.value for each in walk.stretch]) for walk in walks[-2:]]
+    before, stretch = map(float, map(np.max, stretches))
     each = np.max([moment.each for moment in last.stretch], axis=0)
     notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
     notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=found.late))
-    if found.relative > line.asked:
-        notes.append(Note.of(NoteKind.TOLERANCE_MISSED, error=found.relative, tolerance=line.asked))
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, "converged", tuple(notes), (),
         min(walk.least.min_J for walk in walks), stretch, abs(stretch - before),
-    )
+    ).judged(line.asked)
     time, rows = np.array(first.time), np.array(first.rows)
-    return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), last.values, report)
+    return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report)
 
 
 class _Walk:
@@ -184,11 +183,6 @@ class _Walk:
         self.far = self.least = self.now.state  # farthest state; that of least J
         self.iterations = 0
         self.touches = self.pressed = False
-
-    @property
-    def values(self) -> Array:
-        """Stretch at each moment."""
-        return np.array([each.value for each in self.stretch])
 
     def keep(self, moment: Moment, iterations: int) -> None:
         """Append a moment and make it the present one."""
@@ -239,7 +233,7 @@ class _First(_Walk):
     def unit(self, q: Array, load: Array) -> Array:
         """Return the units of what is found, (k,), by the largest of motions and of loads at the target's end."""
         lever = self.body.levers
-        moved, pressed = (np.maximum(np.max(np.abs(part)), 1e-300) for part in (q * lever, load / lever))
+        moved, pressed = (np.max(np.abs(part), initial=1e-300) for part in (q * lever, load / lever))
         return np.asarray(np.where(self.given, pressed * lever, moved / lever))
 
     def both(self, found: Array) -> tuple[Array, Array]:

@@ -74,7 +74,7 @@ def test_what_remembers_nothing_rests_where_a_walk_in_time_ends():
     """Within the errors of both, at each row, and a load that is not carried ends both at the same time."""
     own, press = soft(), loads(np.linspace(0.0, 1.0, 5), *((0.1 * k * (k - 2), 0.3 * k) for k in range(5)))
     data = in_time(own, press, **MODELS)
-    layer = taken_layer(own, "planar", 3e-2, [Wrench(F_z=1.2)])[0]
+    layer = taken_layer(own, ("planar", "auto"), 3e-2, [Wrench(F_z=1.2)])[0]
     walked = motion_of(own, layer, press)
     rows = np.searchsorted(walked.time, press.time)
     for name in ("d_h", "d_v", "alpha"):
@@ -96,8 +96,8 @@ def test_no_shear_by_symmetry():
 def test_softening_takes_a_model_that_has_it():
     """Where a small load would do with a linear model."""
     small = [Wrench(), Wrench(F_z=1e-3)]
-    assert taken_layer(soft(), "auto", 0.1, small)[1].name == "linear"
-    assert taken_layer(soft(mullins={"r": 2.0}), "auto", 0.1, small)[1].name == "block"
+    assert taken_layer(soft(), ("auto", "planar"), 0.1, small)[1].name == "linear"
+    assert taken_layer(soft(mullins={"r": 2.0}), ("auto", "planar"), 0.1, small)[1].name == "block"
 
 
 def interpolant(time, share, values):

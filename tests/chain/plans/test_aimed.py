@@ -7,6 +7,7 @@ import pytest
 
 from sits_mech.chain.interpolate import LayerGrid
 from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
+from sits_mech.chain.plans import aimed
 from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, aimed_mechanics, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
 from sits_mech.chain.plans.prices import Expected, expected
@@ -69,15 +70,18 @@ class Missing:
     ("said", "why", "again"), [(5e-3, Why.WITHIN, 5e-3), (0.1, Why.WITHIN, 1e-2), (0.0, Why.WITHIN, 0.0),
                                (5e-3, Why.NAMED, 0.0)]
 )
-def test_what_no_goal_refines_is_chosen_once_more(said: float, why: Why, again: float) -> None:
+def test_what_no_goal_refines_is_chosen_once_more(
+    monkeypatch: pytest.MonkeyPatch, said: float, why: Why, again: float
+) -> None:
     """As much nearer as the coils' rest is missed by, than what it says or was asked; not by name or without error."""
     asked = list[float]()
 
-    def choose(tolerance: float) -> tuple[Missing, Choice]:
+    def choose(_: object, name: str, tolerance: float, loads: object) -> tuple[Missing, Choice]:
         asked.append(tolerance)
         return Missing(said), Choice("one", why)
 
-    aimed_mechanics(SENSOR, choose, [Wrench(), LOAD], "planar", 1e-2)
+    monkeypatch.setattr(aimed, "mechanical_model", choose)
+    aimed_mechanics(SENSOR, "auto", 1e-2, [Wrench(), LOAD], "planar")
     aim = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])
     assert aim is not None
     off = aim.goal.mechanics(poses_of([Missing(said).equilibrium(LOAD)]))
