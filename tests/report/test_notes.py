@@ -94,7 +94,7 @@ SAID = [
     *((Note.of(K.PATH_END, end=end), words) for end, words in REASONS.items()),
     (Note.of(K.PATH_PART, part=0.225), "reached 22.5% of the path"),
     (
-        carried_note((Wrench(F_z=11.0), Wrench(F_z=0.5)), (0.55, 0.025)),
+        carried_note((Wrench(F_z=11.0), Wrench(F_z=0.5)), (0.55, 0.025), K.CARRIED),
         "carried up to F_z = 11 +- 0.5 N (55.00% +- 2.50% of the path)",
     ),
     (
@@ -199,7 +199,7 @@ def test_every_kind_has_a_sentence() -> None:
 
 
 def test_a_largest_load_without_a_known_error_says_so() -> None:
-    note = carried_note((Wrench(M=0.02), Wrench()), (0.4, np.nan))
+    note = carried_note((Wrench(M=0.02), Wrench()), (0.4, np.nan), K.CARRIED)
     assert sentence(note) == "carried up to M = 0.02 N m (on a coarse mesh, its error is not known)"
     assert sentence(unpacked(packed([note]))[0]) == sentence(note)
 

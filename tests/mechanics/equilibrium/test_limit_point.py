@@ -159,10 +159,10 @@ def test_rate_is_the_derivative_along_the_path(column):
 
 
 def test_words_and_stability():
-    note = carried_note((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005))
+    note = carried_note((Wrench(F_z=27.9), Wrench(F_z=0.3)), (0.465, 0.005), NoteKind.CARRIED)
     words = WORDS[note.kind](note)
     assert words == "carried up to F_z = 27.9 +- 0.3 N (46.50% +- 0.50% of the path)"
-    unsure = carried_note((Wrench(M=0.02), Wrench()), (0.4, np.nan))
+    unsure = carried_note((Wrench(M=0.02), Wrench()), (0.4, np.nan), NoteKind.CARRIED)
     assert "its error is not known" in WORDS[unsure.kind](unsure)
     assert smallest_eigenvalue(np.diag([1.0, 2.0])) == 1.0 and smallest_eigenvalue(np.diag([1.0, -2.0])) == -2.0
     assert np.isnan(smallest_eigenvalue(np.full((2, 2), np.nan)))
