@@ -61,8 +61,7 @@ def drift(cal: Calibration, slopes: xr.DataArray) -> Drift:
         gain[k] = away[good] @ own[good] / max(float(away[good] @ away[good]), 1e-300)
     size = np.array([np.ptp(axis) or 1.0 for axis in axes])[:, None]
     zero = np.where(np.abs(zero) > _ROUNDING * size, zero, 0.0)
-    causes = tuple(str(name) for name in slopes["thermal_cause"].to_numpy())
-    return Drift(cal.forces, causes, zero, gain)
+    return Drift(cal.forces, tuple(str(name) for name in slopes["thermal_cause"].to_numpy()), zero, gain)
 
 
 def _answers(cal: Calibration, axes: list[Array], values: Array, places: list[tuple[int, ...]]) -> Array:

@@ -224,5 +224,4 @@ def _si_values(study: Study, name: str) -> tuple[list[Any], dict[str, str]]:
 def _coil_names(study: Study) -> list[str] | None:
     """Return the names of the coils of all scenes; None where a scene names the same places otherwise."""
     coils = sorted((Variant(scene).sensor.coil_names for scene in study.scenes.values()), key=len)
-    alike = all(own == coils[-1][: len(own)] for own in coils)
-    return coils[-1] if alike else None
+    return coils[-1] if all(own == coils[-1][: len(own)] for own in coils) else None

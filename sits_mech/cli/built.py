@@ -260,8 +260,7 @@ def _write_lot(found: Production, record: dict[str, Any], output: Path) -> None:
     folder = prepare_folder(output)
     write_text(folder / "lot.json", json_text(lot_record(found.next)) + "\n")
     write_text(folder / "units.csv", _unit_rows(found, record))
-    missed = save_figures(folder, {"lot": partial(production_figure, found, record)})
-    warn(*missed, f"written to {folder}")
+    warn(*save_figures(folder, {"lot": partial(production_figure, found, record)}), f"written to {folder}")
 
 
 def _unit_rows(found: Production, record: dict[str, Any]) -> str:

@@ -125,8 +125,7 @@ def adapt(
 
 def read_bench(prior: Prior, path: Path, tank: Tank | None) -> Measured:
     """Return what a bench recorded of a sensor; SceneError for poses."""
-    held = fixed(prior.data)
-    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, held, unseen=True)
+    found = read_measured(path, prior.forces, prior.sensor.coil_names, tank, fixed(prior.data), unseen=True)
     if found.poses is not None:
         raise SceneError(f"{path}: must be of loads, or depths and loads that are nan; got poses: sits-mech compare")
     return found

@@ -115,7 +115,8 @@ def header(source: Source, found: FixedPoint) -> str:
         most = "forces below 2147 N, moments below 2.1 N m, places within 2.1 m"
         raise SceneError(f"--to c: must have {most}; got {_ranges(cal)}")
     worth = many * cal.force_error(cal.middle, np.ones(len(cal.coils)))
-    one, d, n = 2.0**found.bits, len(cal.forces), len(cal.coils)
+    one, d, n, degree = 2.0**found.bits, len(cal.forces), len(cal.coils), max(int(found.power.max()), 1)
+    stacked = 2 * d * (degree + 1) + n * (1 + d) + (d + 1) ** 2 + 2 * d * n + d * d + 5 * n + 10 * d  # by all functions
     return Template(page_file("firmware.h.in", "export")).substitute(
         name=comment(source.sensor.name), about=comment(source.about), version=__version__,
         part=source.sensor.readout.converter, ranges=_ranges(cal) + _held(source),
@@ -124,9 +125,9 @@ def header(source: Source, found: FixedPoint) -> str:
         forces_within=_within(cal),
         worth=", ".join(f"{w:.3g} {u} of {f}" for f, w, u in zip(cal.forces, worth, units, strict=True)),
         fixed_error=f"{found.error:.2g}", map_error=f"{cal.map.error.max():.3g}", own_error=f"{_own_error(read):.3g}",
-        bytes=_bytes(found), stack=_stack(found), products=_products(found),
+        bytes=_bytes(found), stack=8 * stacked + 640, products=_products(found),
         tries=_MORE if n > d else _EVALUATIONS, hopeless=HOPELESS,
-        d=d, n=n, terms=len(found.power), degree=max(int(found.power.max()), 1), bits=found.bits,
+        d=d, n=n, terms=len(found.power), degree=degree, bits=found.bits,
         fraction=found.fraction, reach=_long(REACH * one), longest=_long(LONGEST * one), settled=found.settled,
         margin=_long((MARGIN + 1e-9) * 2.0**FACET_BITS),
         unit_margin=_long((2.0 * BEYOND + MARGIN) * 2.0**FACET_BITS), apart=_long(APART * one), merit=found.merit,
@@ -190,13 +191,6 @@ def unit_header(title: str, source: Source, constants: Constants) -> str:
         f" * {comment(source.about)}\n * What they leave of the range, on 90 % of loads: {left}.\n */\n"
         f"#define SITS_UNIT {initializer(unit_numbers(source.data, forces, constants))}\n"
     )
-
-
-def _stack(found: FixedPoint) -> int:
-    """Return what all functions together may need."""
-    d, n, degree = found.power.shape[1], len(found.base), max(int(found.power.max()), 1)
-    numbers: int = 2 * d * (degree + 1) + n * (1 + d) + (d + 1) ** 2 + 2 * d * n + d * d + 5 * n + 10 * d
-    return 8 * numbers + 640
 
 
 def _ranges(cal: Calibration) -> str:

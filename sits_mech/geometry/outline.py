@@ -74,8 +74,7 @@ def from_above(part: Conductor) -> list[Array]:
     """Return the rims of a fixed plate as seen from above, (m, 2) each; of one that is tilted the rim alone [m]."""
     if part.alpha == part.alpha_x == 0.0:
         return [loop[:, :2] for loop in fixed_loops(part)]
-    corners = np.vstack([fixed_loops(part, up)[0][:, :2] for up in (-1.0, 1.0)])
-    return [hull(corners)]
+    return [hull(np.vstack([fixed_loops(part, up)[0][:, :2] for up in (-1.0, 1.0)]))]
 
 
 def hull(points: Array) -> Array:

@@ -120,8 +120,7 @@ def with_rim(plan: CellPlan, growth: tuple[float, float], rim: float) -> CellPla
     """
     if plan.tensor is not None:
         axes = tuple(axis + own * _moved(axis, rim) for axis, own in zip(plan.tensor, growth, strict=True))
-        nodes = tensor_grid(*axes).reshape(-1, 2)
-        return replace(plan, nodes=nodes, tensor=(axes[0], axes[1]))
+        return replace(plan, nodes=tensor_grid(*axes).reshape(-1, 2), tensor=(axes[0], axes[1]))
     r = np.linalg.norm(plan.nodes, axis=1)
     along = plan.nodes / np.where(r > 0.0, r, 1.0)[:, None]
     return replace(plan, nodes=plan.nodes + growth[0] * _moved(r, rim)[:, None] * along)

@@ -299,8 +299,7 @@ def _followed(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equil
 def _on_cover(layer: MechanicalModel, sensor: Sensor, load: Wrench, start: Equilibrium | None) -> Equilibrium:
     """Return the equilibrium under a touch on a cover, whose model takes it about the middle, moments for its place."""
     start = None if start is None else replace(start, wrench=touch_wrench(sensor, start.wrench, np.zeros(6)))
-    found = layer.equilibrium(touch_wrench(sensor, load, np.zeros(6)), start=start)
-    return replace(found, wrench=load)
+    return replace(layer.equilibrium(touch_wrench(sensor, load, np.zeros(6)), start=start), wrench=load)
 
 
 def _moves(sensor: Sensor, pose: Array, W: Wrench, there: Wrench) -> float:

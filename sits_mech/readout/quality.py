@@ -132,8 +132,7 @@ def _valid(cal: Calibration) -> Array:
 def _loads(cal: Calibration) -> xr.DataArray:
     """Return a fine grid of loads over the forces and their names."""
     count = _FINE.get(len(cal.forces), 5)
-    axes = [np.linspace(a, b, count) for a, b in zip(cal.low, cal.high, strict=True)]
-    return _named_loads(cal, axes)
+    return _named_loads(cal, [np.linspace(a, b, count) for a, b in zip(cal.low, cal.high, strict=True)])
 
 
 def _named_loads(cal: Calibration, axes: list[Array]) -> xr.DataArray:

@@ -91,8 +91,7 @@ def weights_of(centres: ArrayLike, radius: float) -> Array:
 
 def rows_of(weights: Array) -> Array:
     """Return the weights of all signals: those of `weights_of`, and of one or two coils those of L_v and L_h."""
-    count = weights.shape[1]
-    pair = {1: [[1.0], [0.0]], 2: [[1.0, 1.0], [1.0, -1.0]]}.get(count)
+    pair = {1: [[1.0], [0.0]], 2: [[1.0, 1.0], [1.0, -1.0]]}.get(weights.shape[1])
     return weights if pair is None else np.vstack([weights, pair])
 
 

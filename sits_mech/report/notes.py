@@ -49,15 +49,6 @@ def _skin(known: Numbers) -> str:
     )
 
 
-def _edge(known: Numbers) -> str:
-    """Say what fillets move."""
-    return (
-        f"edge radius {1e3 * known['radius']:.3g} mm: moves the target by {1e6 * known['d_h']:+.3g} um along x, "
-        f"{-1e6 * known['d_v']:+.3g} um down, {math.degrees(known['alpha']):+.3g} deg, against sharp edges "
-        "(small strain)"
-    )
-
-
 def _faces_free(known: Numbers) -> str:
     """Say how many faces of a mesh are in no group, and where the first is."""
     first = ", ".join(f"{1e3 * known[name] + 0.0:.4g}" for name in "xyz")
@@ -156,7 +147,11 @@ _MADE: Mapping[NoteKind, Callable[[Numbers], str]] = {
         f"the target's rim is {1e3 * known['depth']:.3g} mm below the ground that the layer stands on: it would lie on "
         "the substrate there, which is not solved: the error is the whole displacement"
     ),
-    NoteKind.EDGE_RADIUS: _edge,
+    NoteKind.EDGE_RADIUS: lambda known: (
+        f"edge radius {1e3 * known['radius']:.3g} mm: moves the target by {1e6 * known['d_h']:+.3g} um along x, "
+        f"{-1e6 * known['d_v']:+.3g} um down, {math.degrees(known['alpha']):+.3g} deg, against sharp edges "
+        "(small strain)"
+    ),
     NoteKind.FACES_FREE: _faces_free,
     NoteKind.MESH_TOO_LARGE: lambda known: (
         f"a finer mesh would take {memory_words(known['needed'], known['limit'])}: raise it for a smaller error"

@@ -94,8 +94,7 @@ def _coil_shapes() -> list[Schema]:
         others = {key: False for key in every if key not in own.keys}
         turns = ["turns", "centre"] if "turns" in own.keys else []
         found.append(_if(shape, {"required": [*own.needed, *turns], "properties": others}))
-    absent = {"if": {"not": {"required": ["shape"]}}, "then": found[0]["then"]}
-    return [*found, absent]
+    return [*found, {"if": {"not": {"required": ["shape"]}}, "then": found[0]["then"]}]
 
 
 def _silicone() -> Schema:

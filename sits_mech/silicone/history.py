@@ -160,8 +160,7 @@ def elastic_curve(layer: MechanicalModel, peak: Wrench, *, height: float = 0.0, 
     shares = np.linspace(0.0, 1.0, points)
     found: list[Equilibrium] = []
     for share in shares:
-        wrench = Wrench(*(share * peak.components))
-        found.append(layer.equilibrium(wrench, start=found[-1] if found else None))
+        found.append(layer.equilibrium(Wrench(*(share * peak.components)), start=found[-1] if found else None))
     way = CubicSpline(shares, _work(peak, [item.pose for item in found], height))
     below = way.antiderivative()
 

@@ -103,8 +103,7 @@ class Session:
     def change(self, key: str, value: str) -> None:
         """Change a key of the scene, a star meaning all entries; SceneError as `changed`, and nothing is changed."""
         keys = keys_of(self.sensor, key) if "*" in key else [key]
-        sensor = changed(self.sensor, [f"{each}={value}" for each in keys])
-        self.sensor, self.moved = sensor, key
+        self.sensor, self.moved = changed(self.sensor, [f"{each}={value}" for each in keys]), key
         self.update()
 
     def bear(self, name: str, most: float) -> None:

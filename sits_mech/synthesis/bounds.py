@@ -109,8 +109,7 @@ def _nearest(asked: Requirements, bounds: Sequence[Bound], likely: float) -> Arr
         """Those that may hold first, the nearest first."""
         return max(each.excess(asked.limits, likely), 0.0), float(np.abs(np.array(each.design.x) - 0.5).sum())
 
-    middle = np.full(len(asked.space.variables), 0.5)
-    return np.array(min(bounds, key=order).design.x) if bounds else middle
+    return np.array(min(bounds, key=order).design.x) if bounds else np.full(len(asked.space.variables), 0.5)
 
 
 def strained_least(known: tuple[Requirements, Sequence[Bound]]) -> Array:

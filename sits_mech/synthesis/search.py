@@ -186,8 +186,7 @@ class Search:
     @property
     def beyond(self) -> str:
         """Which limit no design of any choice can hold, by the choice that comes nearest, in words; or ""."""
-        tried = [each for each in self.branches if each.prediction.solved]
-        words = [self.out_of_reach(each) for each in tried]
+        words = [self.out_of_reach(each) for each in self.branches if each.prediction.solved]
         return words[0] if words and all(words) else ""
 
     def seen(self, known: Sequence[Answered]) -> list[dict[str, float]]:

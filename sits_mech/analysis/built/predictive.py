@@ -69,8 +69,7 @@ class Predictive:
         loads = loads_over(self._modulus[0] * table.map.low, self._modulus[0] * table.map.high, 3)
         by, by_load = prior.slopes_at(prior.start, loads)
         more = prior.bench(loads).model(prior.start[None])[0] - table.map.at(loads / self._modulus[0])
-        parts = (more, by, by_load)
-        whole = np.concatenate([part.reshape(len(loads), -1) for part in parts], axis=1)
+        whole = np.concatenate([part.reshape(len(loads), -1) for part in (more, by, by_load)], axis=1)
         return fit_map(prior.forces, loads, whole), (more.shape[1], by.shape[2], by_load.shape[2])
 
     @property

@@ -211,8 +211,7 @@ def _noise(sensor: Sensor, data: xr.Dataset, noise: float | None) -> Array:
 
 def _own_errors(sensor: Sensor, data: xr.Dataset, table: ForceMaps) -> Array:
     """Return deviations of each coil's inductance by errors that are of each load alone, and the map's, (n,) [H]."""
-    own = table_inductances(sensor, data)
-    _, alone, rest = error_parts(own, varied(data))
+    _, alone, rest = error_parts(table_inductances(sensor, data), varied(data))
     each = HALF * (rest + OWN * np.abs(alone).sum(axis=0))
     root = np.sqrt(np.nanmean(each.reshape(-1, each.shape[-1]) ** 2, axis=0))
     between = np.where(np.isfinite(table.map.rms), table.map.rms, table.map.error)

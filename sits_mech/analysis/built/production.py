@@ -126,8 +126,7 @@ def produced(
 def evidence_of(found: Adaptation) -> Evidence:
     """Return what the readings of a unit tell, without what was known before."""
     count, fit = len(found.values), found.fit
-    free = found.known.free[:count]
-    pairs = list(zip(free, found.values.tolist(), strict=True))
+    pairs = list(zip(found.known.free[:count], found.values.tolist(), strict=True))
     slopes = np.array([each.known_slope(value) for each, value in pairs])
     z = np.array([float(each.known(np.array(value))) for each, value in pairs])
     whole = inverted(found.covariance / fit.variance * np.outer(slopes, slopes))

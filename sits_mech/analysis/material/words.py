@@ -111,8 +111,7 @@ def specimen_sizes(above: Sequence[list[str]]) -> dict[str, float]:
     """Return the sizes of a specimen [m, m^2] that lines above a table name, first of each: "Width; 6; mm"."""
     found: dict[str, float] = {}
     for cells in above:
-        text = " ".join(cell for cell in cells if cell)
-        match = _SIZE.fullmatch(text)
+        match = _SIZE.fullmatch(" ".join(cell for cell in cells if cell))
         size = match and _SIZED.get(re.sub(r"specimen|sample|probe\b| ", "", plain(match[1])))
         if match and size and size not in found:
             factor = _factor(match[2] or match[4], "m^2" if size == "area" else "m")

@@ -51,8 +51,7 @@ def resistance_by_inductance(sensor: Sensor, data: xr.Dataset) -> Callable[[Arra
 
 def unit_codes(sensor: Sensor, data: xr.Dataset, L: Array) -> Array:
     """Return the unrounded codes of inductances at the terminals (..., n) [H] of a unit of a calibrated sensor."""
-    R = resistance_by_inductance(sensor, data)(L)
-    return codes_of(sensor, sensor_front_end(sensor, data)[0], L, R)
+    return codes_of(sensor, sensor_front_end(sensor, data)[0], L, resistance_by_inductance(sensor, data)(L))
 
 
 def tank_of(sensor: Sensor, data: xr.Dataset, clock: float | None = None) -> Tank | None:

@@ -80,8 +80,7 @@ def _live(whole: Complex, omega: float) -> Complex:
     R = np.einsum("...im,...ij,...jm->...m", modes, whole.real, modes)
     flat = np.abs(modes).reshape(-1, *modes.shape[-2:])
     own = np.array([linear_sum_assignment(-each)[1] for each in flat]).reshape(modes.shape[:-1])
-    found = R + 1j * omega * values
-    return np.take_along_axis(found, own, axis=-1)
+    return np.take_along_axis(R + 1j * omega * values, own, axis=-1)
 
 
 def pulling(Z: ArrayLike, names: Sequence[str], omega: float) -> tuple[str, ...]:

@@ -126,8 +126,7 @@ def _looked_at(study: Study) -> dict[str, list[str]]:
     for name, values in study.vary.items():
         if of_scene(name, study.request):
             texts = [json.dumps(value) for value in values]
-            many = not whole and 2 * len(set(texts)) > study.count
-            found[name] = [""] * len(texts) if many else texts
+            found[name] = [""] * len(texts) if not whole and 2 * len(set(texts)) > study.count else texts
     return found
 
 

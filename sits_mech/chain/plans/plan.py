@@ -210,8 +210,7 @@ def _halves(
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
     if layer is not None:
-        first = _solved(loads)
-        count = len(symmetry_of(sensor).without_images(first))
+        count = len(symmetry_of(sensor).without_images(_solved(loads)))
         step, finer = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, count)
         yield _as_seen(step, seen), finer if seen is None else []
     plates = solved.conductors if field.name == "sheets" else ()

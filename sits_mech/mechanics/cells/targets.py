@@ -188,8 +188,7 @@ def cells_body(cells: Cells, split: int, layers: int) -> Bonded:
     half_x, half_y = np.ptp(ends[0], axis=0) / 2.0
     plate, hidden = PlateOutline(half_x, half_y, False), covered is not None
     mesh_of_all = numbered(own, where, basis, plate, half=False, convex=not cells.slots, covered=hidden)
-    found = solid(cells.sensor, mesh_of_all, 0.0, 0.0)
-    return replace(found.body, components=0)
+    return replace(solid(cells.sensor, mesh_of_all, 0.0, 0.0).body, components=0)
 
 
 def _compliance(cells: Cells, level: Level) -> Array:

@@ -93,8 +93,7 @@ def _span(data: xr.Dataset, force: str) -> str:
 
 def words_part(sensor: Sensor, data: xr.Dataset, read: Readings) -> str:
     """Return warnings and what else a reader should know, in sentences."""
-    missing = failures(data)
-    lines = [f"No result under {line}" for line in missing]
+    lines = [f"No result under {line}" for line in failures(data)]
     lines += [_sentence(line) for line in remarks(data)]
     lines += [] if read.front is None else [_sentence(line) for line in read.front.warnings]
     lines += _mixing(data) + _models(sensor, data)

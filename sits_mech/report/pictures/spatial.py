@@ -54,14 +54,12 @@ def spatial_view(sensor: Sensor, pose: Pose, frequency: float, driven: str) -> F
     target = sensor.target
     stream = None
     if target is not None and target.metal.relative_permeability == 1.0:
-        currents = driven_currents(sensor, driven)
-        stream = plate_stream(sensor, pose, frequency, currents)
+        stream = plate_stream(sensor, pose, frequency, driven_currents(sensor, driven))
     renders()
     picture, density = _rendered(sensor, pose, driven, stream)
     neglected = "\nlines of current without the fixed metal" if sensor.conductors and stream is not None else ""
     driven_by = f"{driven} (orange) carries {1e3 * CURRENT:g} mA, {written_frequency(frequency)}"
-    title = f"eddy current: {driven_by}; grid 1 mm{neglected}"
-    return _framed(picture, density, title)
+    return _framed(picture, density, f"eddy current: {driven_by}; grid 1 mm{neglected}")
 
 
 @cache
@@ -88,8 +86,7 @@ def _rendered(sensor: Sensor, pose: Pose, driven: str, stream: Stream | None) ->
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     for coil in sensor.coils:
-        shade = _DRIVEN if coil.name == driven else _IDLE
-        plotter.add_mesh(_winding(pyvista, coil), color=shade, specular=0.3)
+        plotter.add_mesh(_winding(pyvista, coil), color=_DRIVEN if coil.name == driven else _IDLE, specular=0.3)
     plotter.add_mesh(_ground(pyvista, sensor), style="wireframe", color="#d0d0d0", line_width=1.5, lighting=False)
     density = np.zeros(2)
     if sensor.target is not None:

@@ -96,8 +96,7 @@ def read_figure(test: TensileTest) -> Figure:
         for k, one in enumerate(test.all):
             if one.left_out is not None and one.left_out.size:
                 e, s = one.left_out
-                label = "left out" if k == 0 else None
-                curve.plot(100.0 * e, 1e-3 * s, ".", color="0.6", markersize=3.0, label=label)
+                curve.plot(100.0 * e, 1e-3 * s, ".", color="0.6", markersize=3.0, label="left out" if k == 0 else None)
             curve.plot(100.0 * one.strain, 1e-3 * one.stress, color=f"C{k}", label=f"{one.mode} {k + 1}")
         curve.set(xlabel="engineering strain [%]", ylabel="engineering stress [kPa]")
         figure.suptitle(f"{fill(Path(test.source).name, 40)}: what is taken of it")

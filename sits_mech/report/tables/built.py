@@ -29,8 +29,7 @@ def force_errors(found: Adaptation) -> tuple[Array, Array]:
     """
     prior = found.prior
     s = found.values[found.names.index("modulus")] if "modulus" in found.names else 1.0
-    loads = loads_over(s * prior.table.map.low, s * prior.table.map.high, 5)
-    before, after = found.force_deviations(loads)
+    before, after = found.force_deviations(loads_over(s * prior.table.map.low, s * prior.table.map.high, 5))
     return SURE * np.sqrt(np.mean(before**2, axis=0)), SURE * np.sqrt(np.mean(after**2, axis=0))
 
 

@@ -86,8 +86,7 @@ def _models(half: str, choice: Choice) -> Table:
     headings = ("", "model", "asked + left out", "of which left out", "operations", "seconds", "does not hold, as")
     found = column_table(f"models of the {half}", headings)
     for each in choice.candidates:
-        taken = "taken" if each.model.name == choice.name else ""
-        found.add_row(taken, *_model_cells(each))
+        found.add_row("taken" if each.model.name == choice.name else "", *_model_cells(each))
     return found
 
 

@@ -43,8 +43,7 @@ def refusal(cal: Calibration, status: str, given: Sequence[tuple[str, str]], rea
 
 def _nearest(cal: Calibration, reading: Array) -> str:
     """Return which load's inductances are nearest to a reading (n,), and how far they are, in words."""
-    side = min(_SIDE, int(_MOST ** (1.0 / len(cal.forces))))
-    loads = loads_over(cal.low, cal.high, side)
+    loads = loads_over(cal.low, cal.high, min(_SIDE, int(_MOST ** (1.0 / len(cal.forces)))))
     off = np.abs(cal.forward(loads) - reading) / cal.full_scale
     best = int(np.argmin(np.max(off, axis=1)))
     coil = int(np.argmax(off[best]))

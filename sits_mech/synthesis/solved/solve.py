@@ -82,8 +82,7 @@ class Solver:
         still = ("repeatability", "coil_offset")
         found = {name: size for name, size in self.requirements.tolerance.items() if name not in still}
         if "coil_offset" in self.requirements.tolerance:
-            out_of_plane = any(name in self.requirements.loads for name in ("F_y", "M_x"))
-            ways = _OFFSETS if out_of_plane else _OFFSETS[:1]
+            ways = _OFFSETS if any(name in self.requirements.loads for name in ("F_y", "M_x")) else _OFFSETS[:1]
             found |= dict.fromkeys(ways, self.requirements.tolerance["coil_offset"])
         return found
 
@@ -241,8 +240,7 @@ class Solver:
         for ends in product((0.0, 1.0), repeat=len(space.variables)):
             with suppress(SceneError):
                 corner = space.sensor(Design(choice, ends))
-                known = corners(corner, ranges)
-                names.add(choose_mechanics(corner, "auto", known, self.tolerance).name)
+                names.add(choose_mechanics(corner, "auto", corners(corner, ranges), self.tolerance).name)
         return "auto" if names <= {"linear"} else choose_mechanics(sensor).name
 
     def converter(self, sensor: Sensor, data: xr.Dataset) -> tuple[Array, Array, float]:
@@ -294,8 +292,7 @@ def _slopes_of(sensor: Sensor, data: xr.Dataset, L0: Array, between: Array) -> d
 
 def _packed(found: Answered) -> dict[str, Any]:
     """Return an answer as a row."""
-    status = OK if found.carried else NOT_CARRIED
-    row = {"status": status, "lasting": True, "reason": found.reason}
+    row = {"status": OK if found.carried else NOT_CARRIED, "lasting": True, "reason": found.reason}
     row |= {"plain": found.plain, "plain_by_x": {name: own.tolist() for name, own in found.plain_by_x.items()}}
     row |= {"error": found.error, "seconds": found.seconds, "by_x": found.by_x.tolist()}
     if found.table is not None:
