@@ -113,6 +113,7 @@ class OmissionKind(StrEnum):
     AIR = "mesh of the air"
     PITCH = "pitch of the spiral windings"
     TRACKS = "metal's field in the tracks"  # frequency [Hz]
+    AROUND = "current around a hole"  # name of the permeable part
     IDLE = "current in the idle coil"  # whether it is open
     FAR = "conductors far away"  # name, centre [m]
     STATED = "stated"  # of a model that is not of this package: text

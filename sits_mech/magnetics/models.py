@@ -90,14 +90,17 @@ def _of_section(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
 
 def _ends_beforehand(sensor: Sensor, pose: Pose | None) -> float:
     """Return (D + 2 g)/l of the module docstring; NaN of coils without straight tracks."""
-    target, layer = sensor.target, sensor.elastomer
-    straight = min(map(_straight, sensor.coils))
+    target, straight = sensor.target, min(map(_straight, sensor.coils))
     if target is None or straight == 0.0:
         return math.nan
-    gap = math.inf if layer is None else layer.standoff + layer.thickness
-    gap = gap if pose is None else float(np.max(pose.d_v))
+    gap = _gap_at_rest(sensor) if pose is None else float(np.max(pose.d_v))
     width = max(coil.extent[0] for coil in sensor.coils)
     return (width + 2.0 * gap) / min(straight, target.extent[1]) if math.isfinite(gap) else math.nan
+
+
+def _gap_at_rest(sensor: Sensor) -> float:
+    """Return the height of the target before any load [m]; infinite without a layer."""
+    return math.inf if sensor.elastomer is None else sensor.elastomer.standoff + sensor.elastomer.thickness
 
 
 def _straight(coil: Coil) -> float:
@@ -118,9 +121,18 @@ def _of_air(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
 
 
 def _of_sheets(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
-    """Return what space leaves out: where a part is permeable the metal's field in the tracks."""
-    permeable = any(part.metal.susceptibility != 0.0 for _, part in metal_parts(sensor))
-    return (*(_tracks(sensor) if permeable else ()), *_of_air(sensor, question))
+    """Return what space leaves out: of permeable parts the field in the tracks, half of a ring's losses."""
+    permeable = [(name, part) for name, part in metal_parts(sensor) if part.metal.susceptibility != 0.0]
+    found = [*_tracks(sensor)] if permeable else []
+    pose = question.pose or Pose(0.0, _gap_at_rest(sensor))
+    for name, part in permeable:
+        if part.shape == "ring":
+            from sits_mech.magnetics.space.plates import around_share  # space, for who asks for its size
+
+            size = around_share(sensor, part, pose) if math.isfinite(np.max(pose.d_v)) else math.nan
+            numbers = (("name", name),)
+            found.append(Omission(OmissionKind.AROUND, size, Relative.IMPEDANCE, included=True, numbers=numbers))
+    return (*found, *_of_air(sensor, question))
 
 
 def _tracks(sensor: Sensor) -> tuple[Omission, ...]:

@@ -53,9 +53,9 @@ from sits_mech.magnetics.space.plates import (
     Divided,
     PlateRequest,
     around_holes,
-    check_around,
     divided_plate,
     holed,
+    permeable_rings,
     saturation_notes,
     target_room,
 )
@@ -144,6 +144,8 @@ class Sheets:
         value, error = found.parts[:2]
         scale = largest(value.imag)
         relative = float(np.max(error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
+        if permeable_rings(parts):  # of the whole change, what `around_holes` leaves with what divisions do
+            relative = max(relative, float(np.max(error.real / largest(value))))
         notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
         uneven = None if tracks is None else found.parts[4:]
         return Reaction(value, error, relative, found.unknowns, 1, notes=notes, shared=found.parts[2:4], tracks=uneven)
@@ -236,7 +238,6 @@ class Sheets:
         value, left = forms[0], limit.errors(forms)
         error, lost = _errors(value, left, plates, bool(sensor.conductors))
         around, unsure = around_holes(parts, seen, gap, 2 * np.pi * frequency[0])
-        check_around(unsure / largest(np.abs(value)), self.tolerance)
         value, error = value + around, error + unsure
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         in_tracks = 2 * [0.0 * value] if uneven is None else uneven

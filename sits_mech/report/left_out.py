@@ -79,6 +79,7 @@ _REASONS: Mapping[OmissionKind, _Reason] = {
     OmissionKind.AIR: "no permeable parts: integral model",
     OmissionKind.PITCH: "this model replaces spirals by rings",
     OmissionKind.TRACKS: "uneven current in the tracks is that without metal, at {frequency:.3g} Hz",
+    OmissionKind.AROUND: "losses around the hole of {name} are known to a half",
     OmissionKind.IDLE: _idle,
     OmissionKind.FAR: _far,
     OmissionKind.STATED: "{text}",
