@@ -116,8 +116,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     sensor, hertz = at_temperature(sensor), np.array(sorted(frequencies), dtype=float)
     if not (hertz.size and np.all(np.diff(hertz, prepend=0.0) > 0.0)):
         raise SceneError(f"frequencies must be one or more different positive numbers [Hz]; got {list(frequencies)}")
-    downwards = hertz[::-1].tolist()  # the highest asks most of a preparation
-    each = list(map(partial(model.impedance, pose), downwards))[::-1]
+    order = sorted(hertz.tolist(), key=lambda f: (f == sensor.frequency, -f))  # what is prepared first serves all
+    each = sorted(map(partial(model.impedance, pose), order), key=lambda found: found.frequency)
     per_metre = each[0].unit_L != "H"
     missing = ((_PER_METRE,) if per_metre else _rings(sensor)) + wave_notes(sensor.coils, float(hertz[-1]))
     each = [_uneven(sensor, found) for found in each]

@@ -228,11 +228,6 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     return Reduced(diagonal, off_diagonal, W, highest)
 
 
-def solved(L: Any, R: Any, B: Any, *, omega: float, weight: float = 1.0) -> AtFrequency:
-    """Return what fluxes B (b, n) see of a conductor at one frequency [rad/s]; L, R and `weight` as of `reduced`."""
-    return seen_currents(solved_currents(L, R, B, omega), B, omega, weight)
-
-
 def seen_currents(X: Complex, B: Any, omega: float, weight: float) -> AtFrequency:
     """Return what fluxes see of what they drive, X of `solved_currents`."""
     Y = B @ X * weight if np.iscomplexobj(B) else B @ X.real + 1j * (B @ X.imag)

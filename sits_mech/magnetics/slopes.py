@@ -172,8 +172,9 @@ def slopes(
         if name not in POSE:
             raise ValueError(f"components: must be of {', '.join(POSE)}, got {name!r}")
     rows = pose.components.reshape(-1, len(POSE))
+    of_frequency = by_frequency(model, rows, frequency)  # first: what is prepared for several serves the one
     _, *by_pose = pose_slopes(sensor, model, Pose.of(rows), frequency, components)
-    found = (*by_pose, *by_frequency(model, rows, frequency), *by_lengths(sensor, model, rows, frequency, lengths))
+    found = (*by_pose, *of_frequency, *by_lengths(sensor, model, rows, frequency, lengths))
     each = (part.reshape(*pose.components.shape[:-1], *part.shape[1:]) for part in found)
     return Slopes(tuple(components), tuple(lengths), *each)
 

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from sits_mech.magnetics.modes import Reduced, eddy_modes, reaction_at, reduced, solved
+from sits_mech.analysis.spectrum import spectrum
+from sits_mech.magnetics.modes import Reduced, eddy_modes, reaction_at, reduced, seen_currents, solved_currents
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space import modes as preparing
+from sits_mech.magnetics.space import near as close
 from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import load_sensor
 
@@ -41,7 +43,7 @@ def test_reduced_currents_answer_at_any_frequency(n, turned):
         whole = B @ np.linalg.solve(R + 1j * omega * L, B.conj().T)
         exact = omega**2 * ((whole + whole.T) / 2 * (weight if turned else 1.0))
         np.testing.assert_allclose(found.admittance(omega), exact, rtol=0.0, atol=1e-10 * np.abs(exact).max())
-        alone = solved(L, R, B, omega=omega, weight=weight)
+        alone = seen_currents(solved_currents(L, R, B, omega), B, omega, weight)
         np.testing.assert_allclose(alone.admittance(omega), exact, rtol=0.0, atol=1e-10 * np.abs(exact).max())
         part = found.reaction(found.coupling[:1], omega, found.coupling[1:])
         np.testing.assert_allclose(part, exact[:1, 1:], rtol=0.0, atol=1e-10 * np.abs(exact).max())
@@ -52,13 +54,13 @@ def test_resistances_that_are_not_positive_are_refused():
         reduced(np.eye(3), np.diag([1.0, -1.0, 1.0]), np.eye(3))
 
 
-def test_one_frequency_takes_factors_and_many_one_reduction(monkeypatch):
-    """A scene's own frequency is solved alone, if it is the first; then each class of each division is reduced once.
+def test_all_frequencies_take_one_reduction(monkeypatch):
+    """Each class of each division is reduced once, and of a plate close to the coils where one frequency was asked.
 
-    A pose at a known frequency solves no system, and the second way answers as the first one.
+    A pose at a known frequency solves no system; a spectrum takes no factors.
     """
-    counts = {"solved": 0, "reduced": 0, "answer": 0}
-    for owner, name in ((preparing, "solved"), (preparing, "reduced"), (Reduced, "answer")):
+    counts = {"factored": 0, "reduced": 0, "answer": 0}
+    for owner, name in ((close, "factored"), (close, "reduced"), (preparing, "reduced"), (Reduced, "answer")):
         made = getattr(owner, name)
 
         def counted(*given, name=name, made=made, **more):
@@ -68,18 +70,22 @@ def test_one_frequency_takes_factors_and_many_one_reduction(monkeypatch):
         monkeypatch.setattr(owner, name, counted)
     sensor, pose = load_sensor("biorob2018", ['target.width="7.83 mm"']), Pose(0.0, 2e-3)
     model, classes = sheets(sensor, 1e-1), 5 * 8 + 8
-    first = model.impedance(pose, 5e6)
-    assert counts == {"solved": classes, "reduced": 0, "answer": 0}
-    for frequency in (4e6, 3e6):
+    for frequency in (5e6, 4e6, 3e6):
         model.impedance(pose, frequency)
-    assert counts == {"solved": classes, "reduced": classes, "answer": 2 * 5 * 8}
+    assert counts == {"factored": 0, "reduced": classes, "answer": 3 * 5 * 8}
     model.impedance(Pose(np.array([0.0, 1e-4]), np.array([2e-3, 2.1e-3])), 5e6)
-    assert counts == {"solved": classes, "reduced": classes, "answer": 2 * 5 * 8}
+    assert counts == {"factored": 0, "reduced": classes, "answer": 3 * 5 * 8}
+    sensor, pose = load_sensor("biorob2018", ['target.width="4.1 mm"', 'target.length="4 mm"']), Pose(0.0, 1e-4)
+    model = sheets(sensor, 1e-1)
+    spectrum(sensor, model, pose, [4e6, 5e6])
+    found = model.impedance(pose, 5e6)
+    near = counts["reduced"] - classes
+    assert counts["factored"] == 0 and near % 40 == 0 < near
     divisions._asked.cache_clear()
-    model.impedance(pose, 4e6)
-    other = model.impedance(pose, 5e6)
-    np.testing.assert_allclose(other.L, first.L, rtol=1e-13)
-    np.testing.assert_allclose(other.R, first.R, rtol=1e-11)
+    first = model.impedance(pose, 5e6)
+    assert counts["factored"] == near
+    np.testing.assert_allclose(found.L, first.L, rtol=1e-13)
+    np.testing.assert_allclose(found.R, first.R, rtol=1e-11)
 
 
 def test_beyond_the_highest_frequency_resistance_goes_like_the_skin_depth():

@@ -83,6 +83,11 @@ SAID = [
         Omission(K.PITCH, 4.2e-3),
         "pitch of the spiral windings: this model replaces spirals by rings (about 0.0042 of the change)",
     ),
+    (
+        Omission(K.AROUND, 0.02, Relative.IMPEDANCE, included=True, numbers=(("name", "target"),)),
+        "current around a hole: losses around the hole of target are known to a half (about 0.02 of the change of "
+        "impedance)",
+    ),
     (Omission(K.IDLE, numbers=(("open", True),)), "current in the idle coil: it is open"),
     (
         Omission(K.IDLE, 4.4e-4, Relative.FREE, bound=True, counts=False, numbers=(("open", False),)),

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 
 from sits_mech.magnetics.coils.straight import CACHED
-from sits_mech.magnetics.modes import AtFrequency, Reduced
+from sits_mech.magnetics.modes import Reduced
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
@@ -43,7 +43,7 @@ class Sheeted:
 
     box: Box  # of its fields
     bases: tuple[Basis, ...]  # combinations of fields, one a symmetry class
-    classes: tuple[Reduced | AtFrequency, ...]  # one a symmetry class, seen through its combinations
+    classes: tuple[Reduced, ...]  # one a symmetry class, seen through its combinations
     unknowns: int  # of the discrete problem
     sheets: int  # of the discrete problem
 

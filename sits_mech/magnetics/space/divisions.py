@@ -23,7 +23,6 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import lru_cache, partial
 
 import numpy as np
@@ -65,14 +64,6 @@ _SLACK = 1.15  # of memory: what the large matrices leave out, as measured
 _Scale = tuple[float, float, tuple[float, float], float]  # as of `prepared`
 
 
-class Seen(Enum):
-    """How a plate sees the coils."""
-
-    POLYNOMIALS = "by polynomials"
-    AT_REST = "at rest"
-    IN_POSES = "in poses"
-
-
 @dataclass(frozen=True, eq=False)
 class _Family:
     """Divisions of a plate, what prepares them (as `prepare_sheets`), the bytes and the seconds that they take.
@@ -94,20 +85,20 @@ class _Family:
 
 
 def lone_frequency(
-    target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, object], frequency: float
+    target: Target, rung: PlateRung, scale: _Scale, way: tuple[float | Sources, object], frequency: float
 ) -> float:
-    """Return the angular frequency to prepare a plate for alone, or 0 for all: that of the first one that it is asked.
+    """Return the angular frequency to prepare a near plate for alone, or 0 for all: that of the first that it is asked.
 
-    `way` is how it sees the coils, and what else it is prepared for; frequency of the scene [Hz], 0 for another. Where
-    its cells do not resolve the skin depth an answer takes three frequencies: 4 n^3 products and sums of n currents and
-    24 n^2 for each of what they see, for which modes pay; a plate at rest takes them, and its currents alone. Modes of
-    all currents take 1.6 times as long as a factor: they pay from the second frequency on. A round plate in poses has
-    complex classes, which have no factor.
+    `way` is the first of what else it is prepared for in `prepared_near`; frequency of the scene [Hz], 0 for another.
+    Where its cells do not resolve the skin depth an answer takes three frequencies, for which modes pay; a plate at
+    rest takes them, and its currents alone. Modes of all currents take 1.3 to 1.7 times as long as a factor: they pay
+    for two frequencies; who knows to ask more asks the scene's own last. A round plate in poses has complex classes,
+    which have no factor.
     """
     omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
     asked[:] = asked or [omega]
-    in_poses, resolved = way[0] is Seen.IN_POSES, omega <= _family(target, rung, scale, way[0]).resolved
-    pays = way[0] is Seen.AT_REST or (resolved and not (in_poses and target.is_round))
+    resolved = omega <= _family(target, rung, scale, True).resolved
+    pays = isinstance(way[0], Sources) or (resolved and not target.is_round)
     return omega if pays and asked[0] == omega else 0.0
 
 
@@ -119,19 +110,18 @@ def _asked(*_plate: object) -> list[float]:
 
 @latest(12)
 def prepared(
-    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None, omega: float = 0.0
+    target: Target, rung: PlateRung, scale: _Scale, become: Target | None = None
 ) -> tuple[Sheeted, ...]:
     """Return the target on some divisions, the finest first, prepared for a range of clearance and frequency.
 
     `scale` has the clearance from which on it holds [m], the frequency up to which it does [Hz], how far from the
     target's middle cells are small, and grow slowly, and the length on which the coils' field changes [m]. A
     rectangle or disc that the target has `become`, a little larger or smaller, has the target's cells and polynomials,
-    so that differences are free of what other divisions change. It is for one frequency `omega` [rad/s], or for all.
-    TooLarge before the first large array.
+    so that differences are free of what other divisions change. TooLarge before the first large array.
     """
-    family, metal = _fitting_family(target, rung, scale, (Seen.POLYNOMIALS, become)), target.metal.conductivity
-    asked = family.divisions, metal, family.box, family.resolved, family.depth, omega
-    read = partial(division_from_arrays, family.box, family.resolved, omega)
+    family, metal = _fitting_family(target, rung, scale, (False, become)), target.metal.conductivity
+    asked = family.divisions, metal, family.box, family.resolved, family.depth
+    read = partial(division_from_arrays, family.box, family.resolved)
 
     def make() -> tuple[Sheeted, ...]:
         _announce(family, scale)
@@ -150,8 +140,7 @@ def prepared_near(
     `nearby` is how far these are away [m], 0 where there are none; or the coils of a plate at rest, others being as far
     away as it is prepared for. It is for one frequency `omega` [rad/s], or for all.
     """
-    seen = Seen.AT_REST if isinstance(nearby, Sources) else Seen.IN_POSES
-    family = _fitting_family(target, rung, scale, (seen, become))
+    family = _fitting_family(target, rung, scale, (True, become))
     _announce(family, scale)
     others = None if nearby == 0.0 else nearby
     return prepare_near(
@@ -160,11 +149,11 @@ def prepared_near(
     )
 
 
-def _fitting_family(target: Target, rung: PlateRung, scale: _Scale, way: tuple[Seen, Target | None]) -> _Family:
-    """Return a plate's divisions by the way it sees the coils, of what it has become; or refuse."""
+def _fitting_family(target: Target, rung: PlateRung, scale: _Scale, way: tuple[bool, Target | None]) -> _Family:
+    """Return a plate's divisions, near or by polynomials, of what it has become; or refuse."""
     give_back()  # what plates before took
-    seen, become = way
-    family = _family(target, rung, scale, seen)
+    near, become = way
+    family = _family(target, rung, scale, near)
     family = family if become is None else _carried_to(family, target, become)
     _check_memory(family.box, family.cells, family.needed)
     check_seconds(family.seconds, f"sheets: the preparation of a plate of {family.needed / GIB:.2g} GiB")
@@ -190,8 +179,8 @@ def _check_memory(box: Box, cells: float, needed: float) -> None:
 
 
 @lru_cache(maxsize=64)
-def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Family:
-    """Return a plate's divisions, as in `prepared`."""
+def _family(target: Target, rung: PlateRung, scale: _Scale, near: bool) -> _Family:
+    """Return a plate's divisions, as in `prepared`, or `prepared_near`."""
     clearance, depth = scale[0], skin_depth(scale[1], target.metal.conductivity)
     box, (reach, far) = field_box(target, clearance, rung), scale[2]
     half, width = target.thickness / 2, min(float(box.half[:2].min()), reach)
@@ -206,12 +195,12 @@ def _family(target: Target, rung: PlateRung, scale: _Scale, seen: Seen) -> _Fami
     divisions = tuple((plans[m], sheets[k]) for m, k in star(rung))
     vertical = _VERTICAL * half
     resolved = math.inf if half <= _THICK * depth else highest / RESOLVED**2
-    terms = math.prod(box.order) if seen is Seen.POLYNOMIALS else 1
+    terms = 1 if near else math.prod(box.order)
     dense = [memory_of(plan, z.size - 1, vertical, terms) for plan, z in divisions]
     kernels = sum(kernel_seconds(*divisions[k]) for k in set(first_alike(divisions)))
     needed = float(np.max(dense))
     seconds = _GIB * needed / GIB
-    if seen is not Seen.POLYNOMIALS:
+    if near:
         needed, seconds = _near_cost(divisions, dense, vertical)
     return _Family(divisions, box, resolved, vertical, needed, seconds + kernels)
 

@@ -7,8 +7,8 @@ Strong form in the plate: ``J = -j omega sigma (A_coils + A_J)``, div J = 0, no 
 
 that is ``(R + j omega L) i = -j omega g`` with R and L real, symmetric and independent of pose and frequency (complex
 Hermitian in a disc's angular orders). A vertical loop's or sheet's moment in each cell meets the mean of 1/r between
-cells (`prisms`). The plate's symmetries split the problem into classes, each solved at one frequency or
-reduced once for all of them (`magnetics.modes`).
+cells (`prisms`). The plate's symmetries split the problem into classes, each reduced once for all frequencies
+(`magnetics.modes`), which costs as much as one of them alone.
 
 The coils' potential over the plate is a polynomial: the products of Chebyshev polynomials ``T_i T_j T_k`` on its
 bounding box, for each component of A. Coefficients fall like ``rho^-(i+j+k)``; weighted by that, the few
@@ -26,7 +26,7 @@ size away from them. Neglected: displacement current; cells carry uniform curren
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -34,7 +34,7 @@ import numpy as np
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from sits_mech.geometry.sheet_plan import CellPlan
-from sits_mech.magnetics.modes import AtFrequency, Reduced, reduced, solved
+from sits_mech.magnetics.modes import Reduced, reduced
 from sits_mech.magnetics.space.classes import (
     Problem,
     driven,
@@ -56,38 +56,36 @@ _SKETCH = 256  # random currents, doubled until they show weaker combinations
 _ROUNDING = 1e-12  # a field whose means are smaller, to the largest, is of another symmetry than the class
 _sizes = partial(np.linalg.norm, axis=0)  # strengths of combinations (rows, r)
 _Key = tuple[int, int]  # of a class, by order and mirror
-_ARRAYS = ("diagonal", "off_diagonal", "coupling"), ("matrix",)  # of a class at all frequencies, or at one
+_ARRAYS = "diagonal", "off_diagonal", "coupling"  # of a class
 
 
 def prepare_sheets(
     divisions: Sequence[tuple[CellPlan, Array]], conductivity: float, box: Box, highest: float = math.inf,
-    depth: float = 0.0, omega: float = 0.0,
+    depth: float = 0.0,
 ) -> tuple[Sheeted, ...]:
     """Prepare a plate on several divisions, the finest first, whose combinations of fields serve for all.
 
     A division is the plan of the outline or of its fundamental part, and z (l + 1,) of the sheets' interfaces from the
     middle plane (0) up to the top face [m]. Cells resolve the skin depth up to the angular frequency `highest` [rad/s];
-    within `depth` of the rim current may pass between sheets [m]. It is for one frequency `omega` [rad/s], or for all.
+    within `depth` of the rim current may pass between sheets [m].
     """
-    answering: Callable[..., Reduced | AtFrequency] = partial(reduced, highest=highest)
-    if omega:
-        answering = partial(solved, omega=omega)
     bases, known = shared_bases(divisions, (conductivity, depth), box)
-    found: list[tuple[dict[_Key, Reduced | AtFrequency], int, int]] = []
+    found: list[tuple[dict[_Key, Reduced], int, int]] = []
     for division, first in zip(divisions, first_alike(divisions), strict=True):
         if first < len(found):
             once = found[first][:2]
         else:
-            unknowns, classes = 0, dict[_Key, Reduced | AtFrequency]()
+            unknowns, classes = 0, dict[_Key, Reduced]()
             own = known.pop(id(division[0]), problems(*division, depth))
             for key, one, (L, R, _), B in matrices_of(division, own, conductivity, (box, None), bases):
                 if key in bases:
-                    classes[key] = answering(L, R, B, weight=one.weight)
+                    classes[key] = reduced(L, R, B, weight=one.weight, highest=highest)
                     unknowns += one.loops.unknowns * int(one.weight)
             once = classes, unknowns
         found.append((*once, 2 * (division[1].size - 1)))
     check_free(bases)
-    none = {key: answering(np.eye(1), np.eye(1), np.zeros((basis.size, 1))) for key, basis in bases.items()}
+    one = np.eye(1)
+    none = {key: reduced(one, one, np.zeros((basis.size, 1)), highest=highest) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)
@@ -112,15 +110,15 @@ def division_arrays(plates: Sequence[Sheeted]) -> dict[str, Any]:
     return found
 
 
-def division_from_arrays(box: Box, highest: float, omega: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
+def division_from_arrays(box: Box, highest: float, arrays: Mapping[str, Any]) -> tuple[Sheeted, ...]:
     """Return the divisions of a plate from their arrays; the rest as of `prepare_sheets`."""
     count = sum(f"rows_{k}" in arrays for k in range(len(arrays)))
     bases = tuple(Basis(arrays[f"rows_{k}"], arrays[f"fields_{k}"]) for k in range(count))
 
-    def part(*place: int) -> Reduced | AtFrequency:
+    def part(*place: int) -> Reduced:
         """Return a class of a division."""
-        own = {name: arrays["_".join(map(str, (name, *place)))] for name in _ARRAYS[bool(omega)]}
-        return AtFrequency(omega, **own) if omega else Reduced(**own, highest=highest)
+        own = {name: arrays["_".join(map(str, (name, *place)))] for name in _ARRAYS}
+        return Reduced(**own, highest=highest)
 
     each = enumerate(arrays["sizes"].tolist())
     return tuple(Sheeted(box, bases, tuple(part(d, k) for k in range(count)), *own) for d, own in each)

@@ -273,8 +273,8 @@ def _at_once(divisions: Sequence[Near], plates: Collection[Near], seen: Posed) -
     """Return how many poses are taken at once; refuse straight tracks whose field at all plans' points takes long."""
     points = sum(plate.cells.points[0].size // 3 for plate in plates)
     check_straight(seen.coils, seen.windings, divisions[0].cells.box.clearance, points)
-    most = max(plate.cells.plan.cells.size * len(plate.cells.plan.group) * plate.sheets for plate in divisions)
-    return max(1, HELD // (2 * len(seen.coils) * most))
+    most = max(len(plate.cells.plan.cells) * len(plate.cells.plan.group) * plate.sheets for plate in divisions)
+    return max(1, HELD // (8 * len(seen.coils) * most))  # three means by each coil, twice, and what they sum to
 
 
 def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> list[Complex]:

@@ -17,7 +17,6 @@ from sits_mech.magnetics.coils.far_field import coil_field
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.permeable.plates import prepared_permeable
 from sits_mech.magnetics.space.divisions import (
-    Seen,
     field_length,
     is_near,
     lone_frequency,
@@ -180,35 +179,25 @@ def divided_plate(
         must = "sheets: the frequency must be so low that little current goes around the hole of a permeable part"
         raise SceneError(f"{must}; got {frequency[0]:g} Hz")
     if part.susceptibility != 0.0:
-        seen = clear[1] if sources is None else clear[0], sources
-        reached = sources.distance if sources else clear[0], *part.lengths(sensor, clear, True)
-        own = replace(rung, few=False, step=0.0)
-        found, *off = prepared_permeable(plate, part.susceptibility, own, reached, seen)
+        others, distance = clear[1::-1] if sources is None else (clear[0], sources.distance)
+        reached, own = (distance, *part.lengths(sensor, clear, True)), replace(rung, few=False, step=0.0)
+        found, *off = prepared_permeable(plate, part.susceptibility, own, reached, (others, sources))
         depths = plate.thickness / skin_depth(frequency[0], metal.conductivity, metal.relative_permeability)
         note = Note.of(NoteKind.PERMEABLE, permeability=metal.relative_permeability, depths=float(depths))
         return Divided((found,) * DIVISIONS + tuple(off), 0.0, 0.0, False, (note,))
     near = sources is not None or is_near(plate, clear[0], rung)
     scale = clear[0], frequency[1], *part.lengths(sensor, clear, near)
     asked = plate, replace(rung, few=False, step=0.0), scale  # neither divides
-    lone = frequency[0] * (frequency[0] == sensor.frequency)  # else one of many
-    divisions = _answering(asked, part, lone, (near, clear[1]))
+    if near:
+        kind = sources or clear[1], part.become
+        lone = lone_frequency(*asked, kind, frequency[0] * (frequency[0] == sensor.frequency))  # else one of many
+        divisions: tuple[Any, ...] = prepared_near(*asked, *kind, lone)
+    else:
+        divisions = prepared(*asked, part.become)
     thickness = (part.become or plate).thickness / skin_depth(frequency[0], metal.conductivity)
     close = near and sources is None
     lost = 0.0 if close else unseen(divisions[0].box)
     notes = [Note.of(NoteKind.SKIN, depths=float(thickness), sheets=int(divisions[-1].sheets))]
-    notes += [Note.of(NoteKind.GAP_SMALL, share=float(lost))] if lost >= 1e-3 else []
+    notes += [Note.of(NoteKind.GAP_SMALL, share=float(lost))] * (lost >= 1e-3)
     return Divided(divisions, thickness, lost, close, tuple(notes))
 
-
-def _answering(asked: Any, part: PlateRequest, frequency: float, way: tuple[bool, float]) -> tuple[Any, ...]:
-    """Return a metal plate's divisions, for a frequency alone where that pays [Hz], 0 for all.
-
-    `way` is whether it sees the coils cell by cell, and how far others are away [m].
-    """
-    plate, rung, scale = asked
-    kind = Seen.AT_REST if part.sources else Seen.IN_POSES if way[0] else Seen.POLYNOMIALS
-    nearby = part.sources or way[1]
-    alone = lone_frequency(plate, rung, scale, (kind, (nearby, part.become)), frequency)
-    if not way[0]:
-        return prepared(plate, rung, scale, part.become, alone)
-    return prepared_near(plate, rung, scale, nearby, part.become, alone)

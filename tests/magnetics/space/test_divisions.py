@@ -15,7 +15,7 @@ import pytest
 from sits_mech.geometry.sheet_plan import Grading, graded_axis
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
-from sits_mech.magnetics.space.divisions import Seen, _family, _interfaces, field_box, memory_of
+from sits_mech.magnetics.space.divisions import _family, _interfaces, field_box, memory_of
 from sits_mech.magnetics.space.fields import to_coefficients
 from sits_mech.magnetics.space.loops import most_unknowns
 from sits_mech.magnetics.space.modes import prepare_sheets
@@ -97,11 +97,11 @@ def drawn(name: str) -> Sensor:
     return load_sensor("biorob2018", [target])
 
 
-def family(target: Any, tolerance: float, seen: Seen = Seen.POLYNOMIALS) -> Any:
+def family(target: Any, tolerance: float, near: bool = False) -> Any:
     """Divisions of a target; by default of the catalogue's."""
     target = load_sensor("biorob2018").target if target is None else target
     rung = rungs_for(tolerance, [target])[0]
-    return _family(target, rung, (1.5e-3, 1e7, (8e-3, 8e-3), 2e-3), seen)
+    return _family(target, rung, (1.5e-3, 1e7, (8e-3, 8e-3), 2e-3), near)
 
 
 def peak(run: Callable[[], object]) -> int:
@@ -128,7 +128,7 @@ def test_memory_is_known_before_it_is_taken(mesh: str | None, tolerance: float) 
 @pytest.mark.slow
 def test_memory_of_a_near_plate_has_what_is_kept_of_all_divisions() -> None:
     sensor = load_sensor("biorob2018")
-    found = family(sensor.target, 1e-2, Seen.IN_POSES)
+    found = family(sensor.target, 1e-2, near=True)
     seen = Posed(sensor.coils, "rings", np.eye(3)[None], np.array([[0.0, 0.0, 1e-3]]))
     def asked() -> None:
         plates = prepare_near(found.divisions, (5.8e7, found.depth), found.box, found.resolved)
