@@ -23,8 +23,8 @@ import numpy as np
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.geometry.windings import kinds_of
 from sits_mech.magnetics.coils.ring_field import STEP, level_potential, winding_potential
+from sits_mech.magnetics.coils.straight import CACHED
 from sits_mech.magnetics.space.fields import (
-    HELD,
     Box,
     Prisms,
     chebyshev_points,
@@ -206,7 +206,7 @@ class PlateCells:
         g, half = len(points), seen.mirrored and self.plan.tensor is not None
         points = points[: g // 2] if half else points
         found = np.empty((len(seen.places), len(seen.coils), 3, g, len(self.plan.cells), self.box.order[2]))
-        step = max(1, HELD // points.size)
+        step = max(1, CACHED // points.size)
         for start in range(0, len(seen.places), step):
             own, part = seen.some(slice(start, start + step)), found[start : start + step, :, :, : len(points)]
             for c, A in enumerate(own.potentials(points.reshape(-1, 3), self.box.clearance)):
