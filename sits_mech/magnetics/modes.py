@@ -81,20 +81,6 @@ class Modes:
 
 
 @dataclass(frozen=True)
-class AtFrequency:
-    """One conductor, or a class of it, seen through a basis of fields at one frequency."""
-
-    omega: float  # [rad/s]
-    matrix: Complex  # (n, n) Y
-
-    def admittance(self, omega: float) -> Complex:
-        """Return Y; ValueError at another frequency."""
-        if omega != self.omega:
-            raise ValueError(f"omega: must be {self.omega:g} rad/s, for which the plate is solved; got {omega:g}")
-        return self.matrix
-
-
-@dataclass(frozen=True)
 class Factored:
     """One conductor, or a class of it, at one frequency, for any fluxes; of `Reduced` seen through each element."""
 
@@ -113,8 +99,9 @@ class Factored:
 
     def reaction(self, induced: Complex, omega: float, other: Complex | None = None) -> Complex:
         """Return ``a^T Y b`` (..., n, k), as `Reduced`; ValueError at another frequency."""
-        Y = omega**2 * (induced @ np.swapaxes(induced if other is None else other, -1, -2))
-        return AtFrequency(self.highest, Y).admittance(omega)
+        if omega != self.highest:
+            raise ValueError(f"omega: must be {self.highest:g} rad/s, for which the plate is solved; got {omega:g}")
+        return np.asarray(omega**2 * (induced @ np.swapaxes(induced if other is None else other, -1, -2)))
 
 
 @dataclass(frozen=True)
@@ -228,33 +215,13 @@ def reduced(L: Any, R: Any, B: Any, *, weight: float = 1.0, highest: float = np.
     return Reduced(diagonal, off_diagonal, W, highest)
 
 
-def seen_currents(X: Complex, B: Any, omega: float, weight: float) -> AtFrequency:
-    """Return what fluxes see of what they drive, X of `solved_currents`."""
-    Y = B @ X * weight if np.iscomplexobj(B) else B @ X.real + 1j * (B @ X.imag)
-    return AtFrequency(omega, omega**2 / 2 * (Y + Y.T))
-
-
-def solved_currents(L: Any, R: Any, B: Any, omega: float) -> Complex:
-    """Return ``(R + j omega L)^-1 B^H``, shape (n, b)."""
-    if np.iscomplexobj(R):
-        return np.linalg.solve(R + 1j * omega * L, B.conj().T)
-    F = _symmetric_root(L, R, omega)
-    a = solve_triangular(F, B.T, lower=True, check_finite=False)
-    return solve_triangular(F, a, lower=True, trans="T", overwrite_b=True, check_finite=False)
-
-
 def factored(L: Any, R: Any, omega: float) -> Factored:
     """Return a conductor, whose L and R (n, n) are real, at one frequency [rad/s]."""
-    return Factored(omega, lapack.ztrttf(_symmetric_root(L, R, omega), uplo="L")[0])
-
-
-def _symmetric_root(L: Any, R: Any, omega: float) -> Complex:
-    """Return F of the module docstring, in the lower triangle."""
     F = np.empty(R.shape, dtype=complex, order="F")
     F.real, F.imag = R, L
     F.imag *= omega
     _take_root(F)
-    return F
+    return Factored(omega, lapack.ztrttf(F, uplo="L")[0])
 
 
 def _take_root(A: Complex) -> None:

@@ -12,8 +12,7 @@ q polynomials, before any of them is made (`modes`): numbers of 8 bytes, c = 2 f
 the means of 1/r and, but for images that differ by signs alone, of the fields, and either the kernel mixed to an
 inductance, or L and R scaled and reduced, and what drives them. A near plate keeps of all k classes of each division
 what its currents see, c k u^2; those made before, and all but the last class, are there beside a division's dense
-matrices, and 3 c u^2 while that is reduced. One at rest that is asked for at one frequency keeps less; it is counted
-alike, as another frequency may follow.
+matrices, and 3 c u^2 while that is reduced.
 What takes more memory or time than the limits is refused.
 """
 
@@ -85,20 +84,18 @@ class _Family:
 
 
 def lone_frequency(
-    target: Target, rung: PlateRung, scale: _Scale, way: tuple[float | Sources, object], frequency: float
+    target: Target, rung: PlateRung, scale: _Scale, way: object, frequency: float
 ) -> float:
     """Return the angular frequency to prepare a near plate for alone, or 0 for all: that of the first that it is asked.
 
-    `way` is the first of what else it is prepared for in `prepared_near`; frequency of the scene [Hz], 0 for another.
-    Where its cells do not resolve the skin depth an answer takes three frequencies, for which modes pay; a plate at
-    rest takes them, and its currents alone. Modes of all currents take 1.3 to 1.7 times as long as a factor: they pay
-    for two frequencies; who knows to ask more asks the scene's own last. A round plate in poses has complex classes,
-    which have no factor.
+    `way` is what else it is prepared for in `prepared_near`; frequency of the scene [Hz], 0 for another. Where its
+    cells do not resolve the skin depth an answer takes three frequencies, for which modes pay: of all currents they
+    take 1.3 to 1.7 times as long as a factor. Who knows to ask two frequencies asks the scene's own last. A round
+    plate has complex classes, which have no factor.
     """
     omega, asked = 2 * np.pi * frequency, _asked(target, rung, scale, way)
     asked[:] = asked or [omega]
-    resolved = omega <= _family(target, rung, scale, True).resolved
-    pays = isinstance(way[0], Sources) or (resolved and not target.is_round)
+    pays = omega <= _family(target, rung, scale, True).resolved and not target.is_round
     return omega if pays and asked[0] == omega else 0.0
 
 

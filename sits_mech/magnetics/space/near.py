@@ -6,8 +6,8 @@ pose, drives the currents of every symmetry class (`classes`), which are reduced
 
     (R + j omega L) i_c = -j omega g_c,    Delta Z_cd = omega^2 g_c^H (R + j omega L)^-1 g_d.
 
-A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`), and one frequency is solved
-alone. Other plates are further away than the coils: their fields it sees through few polynomials (`modes.combined`).
+A pose costs some tens of milliseconds; at rest the potential is taken once (`sources`). Other plates are further away
+than the coils: their fields it sees through few polynomials (`modes.combined`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
-from sits_mech.magnetics.modes import AtFrequency, Factored, Reduced, factored, reduced, seen_currents, solved_currents
+from sits_mech.magnetics.modes import Factored, Reduced, factored, reduced
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, problems, stacked
 from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
@@ -58,14 +58,6 @@ class _Class:
             return np.zeros((driving.shape[-1], len(self.unit)))
         return self.reduced.induced(driven(self.problem, driving) * self.unit)
 
-    def admittance(self, omega: float) -> Complex:
-        """Return Y of what it sees besides coils in poses; omega [rad/s]."""
-        return self.reduced.reaction(self.seen, omega)
-
-    def resting_moments(self, coils: int, omega: float) -> Complex:
-        """Return `cell_moments` by the coils at rest, the last of what it sees."""
-        return self.cell_moments(self.seen[-coils:], omega)
-
     def cell_moments(self, induced: Any, omega: float) -> Complex:
         """Return the moments in all images of its cells of what is induced (m, reduced), (m, q, 3)."""
         omega = min(omega, self.reduced.highest)
@@ -73,30 +65,12 @@ class _Class:
         return -1j * omega * image_moments(self.problem, [self.unit[:, None] * each for each in ways])
 
 
-@dataclass(frozen=True)
-class _RestingClass:
-    """A symmetry class of a plate at rest, at one frequency."""
-
-    problem: Problem
-    answer: Reduced | AtFrequency  # to all that it sees
-    ways: list[Complex]  # currents by coils (unknowns, coils); of a complex class its conjugate's too
-    columns: Integers  # which of all combinations and coils it sees
-
-    def admittance(self, omega: float) -> Complex:
-        """Return Y, as `_Class`."""
-        return self.answer.admittance(omega)
-
-    def resting_moments(self, coils: int, omega: float) -> Complex:
-        """Return moments by the coils, as `_Class`."""
-        return image_moments(self.problem, self.ways)
-
-
 @dataclass(frozen=True, eq=False)
 class Near:
     """A plate's division, for any coil and pose."""
 
     cells: PlateCells
-    classes: tuple[Any, ...]  # `_Class`, or at rest and at one frequency `_RestingClass`
+    classes: tuple[_Class, ...]
     box: Box  # of other plates' fields
     bases: tuple[Basis, ...] = ()  # combinations of these, one a symmetry class; empty without other plates
     sources: int = 0  # coils that it sees at rest, after these
@@ -123,7 +97,7 @@ class Near:
     @latest(2, owned=True)
     def admittance(self, omega: float) -> Blocks:
         """Return Y of combinations of other plates' fields, and of coils at rest after them; omega [rad/s]."""
-        parts = tuple((part.columns, part.admittance(omega)) for part in self.classes)
+        parts = tuple((part.columns, part.reduced.reaction(part.seen, omega)) for part in self.classes)
         return Blocks(self.seen, parts)
 
     def reactions(
@@ -164,17 +138,17 @@ def prepare_near(
 
     `metal` is its conductivity, and the depth of `prepare_sheets`; `nearby` the box of other plates' fields, if there
     are any, or the coils that a plate at rest sees, others' fields on `box`. It is for one frequency `omega` [rad/s],
-    or for all; where classes are complex, for all in poses.
+    or for all; where classes are complex, or cells do not resolve it, for all.
     """
     others, sources = (box, nearby) if isinstance(nearby, Sources) else (nearby, None)
-    found: list[dict[_Key, Any]] = []
+    found: list[dict[_Key, _Class]] = []
     bases: dict[_Key, Basis] = {}
     alike = first_alike(divisions)
     _check_at_rest(sources, [divisions[k] for k in set(alike)])
     for division, first in zip(divisions, alike, strict=True):
         classes = problems(*division, metal[1])
         each = matrices_of(division, classes, metal[0], (others, sources), bases, _KEEP) if first == len(found) else ()
-        new = {key: _reduced(problem, own, B, highest, (sources, omega)) for key, problem, own, B in each}
+        new = {key: _reduced(problem, own, B, highest, omega) for key, problem, own, B in each}
         found.append(new or found[first])
     check_free(found[0])
     number, seen, kept = len(sources.coils) if sources else 0, others or box, tuple(bases.values())
@@ -191,7 +165,7 @@ def _check_at_rest(sources: Sources | None, different: Sequence[tuple[CellPlan, 
         check_straight(sources.coils, sources.windings, sources.distance, points)
 
 
-def _numbered(classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: int) -> tuple[Any, ...]:
+def _numbered(classes: Mapping[_Key, _Class], bases: Mapping[_Key, Basis], coils: int) -> tuple[_Class, ...]:
     """Return classes with the numbers of what they see: combinations of their own, class by class, and all coils."""
     *each, last = row_places([*(basis.size for basis in bases.values()), coils])
     columns = {key: np.r_[own, last] for key, own in zip(bases, each, strict=True)}
@@ -199,38 +173,16 @@ def _numbered(classes: Mapping[_Key, Any], bases: Mapping[_Key, Basis], coils: i
 
 
 def _reduced(
-    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float,
-    seen: tuple[Sources | None, float]
-) -> _Class | _RestingClass:
-    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses.
-
-    `seen` are coils at rest, and the angular frequency [rad/s] at which alone it is asked for, or 0.
-    """
-    (sources, omega), (L, R, unit) = seen, matrices
-    if sources is not None and omega:
-        return _at_rest(problem, matrices, B, (sources, omega), highest)
+    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, highest: float, omega: float
+) -> _Class:
+    """Return a class by L, R and units, and the fluxes of what it sees besides coils in poses; `omega` as above."""
+    L, R, unit = matrices
     whole: Reduced | Factored
-    if omega and not np.iscomplex(problem.plan.characters).any():
+    if 0.0 < omega <= highest and not np.iscomplex(problem.plan.characters).any():
         whole = factored(L, R, omega)
     else:
         whole = reduced(L, R, np.eye(len(unit), dtype=R.dtype), weight=problem.weight, highest=highest)
     return _Class(problem, unit, whole, whole.induced(B), np.zeros(0, dtype=int))
-
-
-def _at_rest(
-    problem: Problem, matrices: tuple[Complex, Complex, Array], B: Complex, seen: tuple[Sources, float], highest: float
-) -> _RestingClass:
-    """Return a class of a plate at rest, as `_reduced`, at one frequency."""
-    sources, omega = seen
-    (L, R, unit), lowest, coils = matrices, min(omega, highest), B[-len(sources.coils) :]
-    resolved, w = omega <= highest, problem.weight
-    X = solved_currents(L, R, B if resolved else coils, lowest)
-    answer = seen_currents(X, B, lowest, w) if resolved else reduced(L, R, B, weight=w, highest=highest)
-    ways, scale = [X[:, -len(coils) :]], -1j * lowest * unit[:, None]
-    if np.iscomplexobj(R):
-        ways.append(solved_currents(L.conj(), R.conj(), coils.conj(), lowest))
-        scale *= w / 2
-    return _RestingClass(problem, answer, [scale * each for each in ways], np.zeros(0, dtype=int))
 
 
 def _reactions(
@@ -289,8 +241,8 @@ def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> l
 @latest(2, owned=True)
 def _resting(plate: Near, omega: float, points: bytes) -> Complex:
     """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes."""
-    moments = sum(part.resting_moments(plate.sources, omega) for part in plate.classes)
-    found = biot_savart(plate.cells.middles[None], moments[None], np.frombuffer(points).reshape(-1, 3))
+    moments = sum(part.cell_moments(part.seen[-plate.sources :], omega) for part in plate.classes)
+    found = biot_savart(plate.cells.middles[None], np.asarray(moments)[None], np.frombuffer(points).reshape(-1, 3))
     return np.asarray(found[0])
 
 
