@@ -19,7 +19,7 @@ from sits_mech.magnetics.permeable.shell_plans import divided_surfaces
 from sits_mech.magnetics.permeable.shells import HalfSurface, ShellClass, shell_classes
 from sits_mech.magnetics.permeable.skin import PlateMetal
 from sits_mech.magnetics.space.divisions import field_box
-from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by
+from sits_mech.magnetics.space.far import FieldRequest
 from sits_mech.magnetics.space.fields import (
     HELD,
     Basis,
@@ -118,14 +118,13 @@ class Permeable:
         asked: FieldRequest | None = None,
     ) -> tuple[list[Complex], None]:
         """Return what parts of the plate do to the coils' impedance, (p, n, n) each [ohm], or a limit's `forms`."""
-        found, n = _answers(self.whole, seen, frequency), len(seen.coils)
-        values = [found[each.part][..., :n] for each in divisions]
+        values = [Z[..., : len(seen.coils)] for Z in self.coupled(divisions, seen, frequency)]
         return (values if limit is None else limit.forms(values)), None
 
-    def answered(self, divisions: Sequence[Permeable], seen: Posed, frequency: float, far: Far) -> list[Answered]:
-        """Return what parts of the plate do to the coils' impedance, and what they answer to others' far fields."""
+    def coupled(self, divisions: Sequence[Permeable], seen: Posed, frequency: float) -> list[Complex]:
+        """Return Y of coils and combinations by parts, as `far.Moving`."""
         found = _answers(self.whole, seen, frequency)
-        return answered_by(divisions, [found[each.part] for each in divisions], far, 2 * np.pi * frequency)
+        return [found[each.part] for each in divisions]
 
 
 def _answers(whole: _Prepared, seen: Posed, frequency: float) -> Complex:

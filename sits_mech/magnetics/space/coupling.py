@@ -24,7 +24,7 @@ import numpy as np
 
 from sits_mech.magnetics.coils.straight import CACHED
 from sits_mech.magnetics.modes import Reduced
-from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answers_to, biot_savart, few_points, radiated
+from sits_mech.magnetics.space.far import FieldRequest, biot_savart, few_points, radiated
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
 from sits_mech.magnetics.space.sources import Posed
@@ -76,20 +76,13 @@ class Sheeted:
         results = [np.concatenate(each) for each in zip(*found, strict=True)]
         return [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in results], np.concatenate(field, axis=1) if field else None
 
-    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
-        """Return B of the plate's currents by each coil at points (k, 3) below, (p, k, 3, n) [T/A]."""
-        found = list[Complex]()
-        for some, drive in _drives(self, seen):
-            found += _fields(self, drive, (seen.turns[some], seen.places[some]), 2 * np.pi * frequency, points)
-        return np.concatenate(found)
-
-    def answered(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float, far: Far) -> list[Answered]:
-        """Return what a plate does to the coils' impedance, and to others' far combinations U; as `reactions`."""
-        own, found, omega = np.concatenate([drive for _, drive in _drives(self, seen)]), [], 2 * np.pi * frequency
+    def coupled(self, divisions: Sequence[Sheeted], seen: Posed, frequency: float) -> list[Complex]:
+        """Return Y of coils and combinations, as `far.Moving`."""
+        own, found = np.concatenate([drive for _, drive in _drives(self, seen)]), list[Complex]()
         for plate in divisions:
-            YU, Y = answers_to(plate, far, omega)
-            answer = (plate.admittance(omega) @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
-            found.append((answer @ np.swapaxes(own, 1, 2), YU.T @ np.swapaxes(own, 1, 2), Y))
+            Y = plate.admittance(2 * np.pi * frequency)
+            answer = (Y @ own.reshape(-1, own.shape[2]).T).T.reshape(own.shape)
+            found.append(np.concatenate([answer @ np.swapaxes(own, 1, 2), answer], axis=2))
         return found
 
 

@@ -77,8 +77,8 @@ def biot_savart(at: Array, moments: Complex, points: Array) -> Complex:
 class Moving(DividedPlate, Protocol):
     """A division that answers coils in its poses, with the plate's other ones, which see the same of these."""
 
-    def answered(self, divisions: Sequence[Any], seen: Posed, frequency: float, far: Far) -> list[Answered]:
-        """Return what each division does to the coils' impedance, and what it answers to others."""
+    def coupled(self, divisions: Sequence[Any], seen: Posed, frequency: float) -> list[Complex]:
+        """Return of each division Y of n coils' fields in p poses and, to its right, of combinations, (p, n, n + r)."""
         ...
 
 
@@ -120,22 +120,22 @@ def seen_from(plate: DividedPlate, clearance: float, omega: float, lost: float, 
 
 
 @latest(64, owned=True)
-def answers_to(plate: DividedPlate, far: Far, omega: float) -> tuple[Complex, Complex]:
-    """Return what a plate answers to its far combinations, Y U (r, k) and U^T Y U."""
+def _answers_to(plate: DividedPlate, far: Far, omega: float) -> Complex:
+    """Return U^T Y U of a plate's far combinations."""
     return responses(plate, far.fields, omega)
 
 
-def answered_by(divisions: Sequence[Any], found: Sequence[Complex], far: Far, omega: float) -> list[Answered]:
-    """Return what divisions answer whose Y of coils, and of combinations to its right, are found, (p, n, n + r)."""
-    n = found[0].shape[1]
-    return [(Z[..., :n], np.swapaxes(Z[..., n:] @ far.fields, 1, 2), answers_to(plate, far, omega)[1])
+def answered_by(divisions: Sequence[Moving], seen: Posed, frequency: float, far: Far) -> list[Answered]:
+    """Return what each division of a plate does to the coils' impedance, and what it answers to others."""
+    n, found = len(seen.coils), divisions[0].coupled(divisions, seen, frequency)
+    return [(Z[..., :n], np.swapaxes(Z[..., n:] @ far.fields, 1, 2), _answers_to(plate, far, 2 * np.pi * frequency))
             for plate, Z in zip(divisions, found, strict=True)]
 
 
-def responses(plate: DividedPlate, columns: Array, omega: float) -> tuple[Complex, Complex]:
-    """Return what a plate answers to real combinations U of what it sees, Y U and U^T Y U."""
+def responses(plate: DividedPlate, columns: Array, omega: float) -> Complex:
+    """Return U^T Y U of real combinations U of what a plate sees."""
     answer = plate.admittance(omega) @ columns
-    return answer, columns.T @ answer.real + 1j * (columns.T @ answer.imag)
+    return np.asarray(columns.T @ answer.real + 1j * (columns.T @ answer.imag))
 
 
 def _weights(Y: Blocks, coils: int) -> tuple[_Weights, _Weights]:

@@ -25,7 +25,7 @@ from sits_mech.geometry.sheet_plan import CellPlan
 from sits_mech.magnetics.coils.ring_field import check_straight
 from sits_mech.magnetics.modes import Factored, Reduced, factored, reduced
 from sits_mech.magnetics.space.classes import Problem, driven, first_alike, image_moments, problems, stacked
-from sits_mech.magnetics.space.far import Answered, Far, FieldRequest, answered_by, biot_savart
+from sits_mech.magnetics.space.far import FieldRequest, biot_savart
 from sits_mech.magnetics.space.fields import HELD, Basis, Blocks, Box, row_places
 from sits_mech.magnetics.space.modes import check_free, matrices_of
 from sits_mech.magnetics.space.rungs import ImpedanceLimit
@@ -110,19 +110,9 @@ class Near:
         values = [(Z + np.swapaxes(Z, 1, 2)) / 2 for Z in values]
         return values if limit is None else limit.forms(values), field
 
-    def answered(self, divisions: Sequence[Near], seen: Posed, frequency: float, far: Far) -> list[Answered]:
-        """Return what a plate does to the coils' impedance, and what it answers to others; as `Sheeted.answered`."""
-        omega = 2 * np.pi * frequency
-        return answered_by(divisions, _reactions(divisions, seen, omega)[0], far, omega)
-
-    def field(self, seen: Posed, frequency: float, points: Array) -> Complex:
-        """Return B of the plate's currents at points; as `Sheeted.field`, of each cell's current in its middle."""
-        omega = 2 * np.pi * frequency
-        if self.sources:
-            own = (points - seen.places[0]) @ seen.turns[0]
-            return np.asarray(seen.turns[0] @ _resting(self, omega, own.tobytes()))[None]
-        (found,) = np.asarray(_reactions([self], seen, omega, FieldRequest(points, lambda B: B[None]))[1])
-        return np.asarray(found)
+    def coupled(self, divisions: Sequence[Near], seen: Posed, frequency: float) -> list[Complex]:
+        """Return Y of coils and combinations, as `far.Moving`."""
+        return _reactions(divisions, seen, 2 * np.pi * frequency)[0]
 
     @property
     def seen(self) -> int:
@@ -239,8 +229,8 @@ def _field(plate: Near, seen: Posed, moments: Complex, asked: FieldRequest) -> l
 
 
 @latest(2, owned=True)
-def _resting(plate: Near, omega: float, points: bytes) -> Complex:
-    """Return B by the coils that a plate at rest sees, (k, 3, n) [T/A], in its own axes."""
+def resting_field(plate: Near, omega: float, points: bytes) -> Complex:
+    """Return B by the coils that a plate at rest sees, at points (k, 3) in its own axes, (k, 3, n) [T/A]."""
     moments = sum(part.cell_moments(part.seen[-plate.sources :], omega) for part in plate.classes)
     found = biot_savart(plate.cells.middles[None], np.asarray(moments)[None], np.frombuffer(points).reshape(-1, 3))
     return np.asarray(found[0])

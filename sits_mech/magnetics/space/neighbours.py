@@ -33,8 +33,9 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 
 from sits_mech.geometry.collision import PlacedPlate
-from sits_mech.magnetics.space.far import DividedPlate, Far, FieldRequest, Moving, responses, seen_from
+from sits_mech.magnetics.space.far import DividedPlate, Far, FieldRequest, Moving, answered_by, responses, seen_from
 from sits_mech.magnetics.space.fields import HELD, Blocks, row_places
+from sits_mech.magnetics.space.near import resting_field
 from sits_mech.magnetics.space.plates import Divided
 from sits_mech.magnetics.space.sources import Posed
 from sits_mech.memory import latest
@@ -111,7 +112,7 @@ def coupled_reactions(
         return [together.coils[None] for together in fixed.answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
     far = seen_from(target[0], clearance, omega, _MOVING)
-    found = target[0].answered(target, seen, frequency, far)
+    found = answered_by(target, seen, frequency, far)
     results = [np.empty((len(seen.places), n, n), dtype=complex) for _ in found]
     for pose, place in enumerate(zip(seen.turns, seen.places, strict=True)):
         moved = _Placed.of(far, *place)
@@ -142,7 +143,7 @@ def _fixed(
     answers = []
     for divisions in zip(*plates, strict=True):
         each = [
-            responses(plate, np.hstack([np.eye(len(far.fields), n, n - len(far.fields)), far.fields]), omega)[1]
+            responses(plate, np.hstack([np.eye(len(far.fields), n, n - len(far.fields)), far.fields]), omega)
             for plate, far in zip(divisions, fars, strict=True)
         ]
         Y = Blocks(len(L), tuple((np.r_[own], Z[n:, n:]) for own, Z in zip(columns, each, strict=True)))
@@ -188,6 +189,15 @@ def field_of_all(
     each = [replace(seen, turns=part.turns, places=part.places) for part in parts]
     for first in range(0, len(seen.places), step):
         some = [own if len(own.turns) == 1 else own.some(slice(first, first + step)) for own in each]
-        B = [plate.divisions[0].field(own, frequency, asked.points) for own, plate in zip(some, plates, strict=True)]
-        found.append(asked.of(np.asarray(sum(B))))
+        each_of = zip((plate.divisions[0] for plate in plates), some, strict=True)
+        found.append(asked.of(np.asarray(sum(field_of(*one, frequency, asked.points) for one in each_of))))
     return np.concatenate(found, axis=1)
+
+
+def field_of(plate: Any, seen: Posed, frequency: float, points: Array) -> Complex:
+    """Return B of a plate's currents by each coil at points (k, 3), (p, k, 3, n) [T/A]; at rest once for all poses."""
+    if getattr(plate, "sources", 0):
+        own = ((points - seen.places[0]) @ seen.turns[0]).tobytes()
+        return np.asarray(seen.turns[0] @ resting_field(plate, 2 * np.pi * frequency, own))[None]
+    _, (found,) = plate.reactions([plate], seen, frequency, None, FieldRequest(points, lambda B: B[None]))
+    return np.asarray(found)

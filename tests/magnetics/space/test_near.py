@@ -16,7 +16,7 @@ from sits_mech.magnetics.sheets import sheets
 from sits_mech.magnetics.space import divisions
 from sits_mech.magnetics.space import plates as preparing
 from sits_mech.magnetics.space.coupling import Sheeted
-from sits_mech.magnetics.space.far import FieldRequest, seen_from
+from sits_mech.magnetics.space.far import FieldRequest, answered_by, seen_from
 from sits_mech.magnetics.space.near import Near
 from sits_mech.magnetics.space.rungs import LADDER
 from sits_mech.magnetics.space.sources import Posed
@@ -180,7 +180,7 @@ def test_a_plate_close_to_coils_answers_one_frequency_as_all(sensor: Sensor, ask
         plates = divisions.prepared_near(sensor.target, rung, scale, 1 * MM, None, alone)  # type: ignore[arg-type]
         values, field = plates[0].reactions(plates, seen, asked, None, point)
         far = seen_from(plates[0], 1 * MM, omega, 1e-3)
-        found.append([np.stack(values), field, *plates[0].answered(plates, seen, asked, far)[0][:1]])
+        found.append([np.stack(values), field, *answered_by(plates, seen, asked, far)[0][:1]])
     assert isinstance(plates[0].classes[0].reduced, Factored)
     for whole, own in zip(*found, strict=True):
         np.testing.assert_allclose(own, whole, rtol=0, atol=1e-10 * np.abs(whole).max())
