@@ -7,8 +7,7 @@ of each model,
 
 at the same pose and frequency, is what the section leaves out of each entry: the ends of tracks and plates, the
 roundness of coils and targets, the pitch of spirals. The space's comes of `sheets` on its coarsest rung, within a few
-percent of the change in about a second; its own error is added. Of a target longer or wider than the coils see, as much
-counts as lies under them and a coil's diameter and two gaps beyond.
+percent of the change in about a second; its own error is added.
 
 Range: no size is known where `sheets` does not hold the scene (permeable targets, curved substrates) or takes long
 (among other metal).
@@ -22,17 +21,15 @@ from functools import lru_cache
 import numpy as np
 
 from sits_mech.description import Description, Question, added, sized
-from sits_mech.geometry.collision import clearance
 from sits_mech.magnetics.answer import largest
 from sits_mech.magnetics.sheets import not_representable, sheets
 from sits_mech.notes import OmissionKind
-from sits_mech.quantities import POSE, Array, Impedance, Integers, MagneticModel, Pose, SolveFailed
-from sits_mech.scene.sensor import Sensor, Target
+from sits_mech.quantities import POSE, Array, Impedance, MagneticModel, Pose, SolveFailed
+from sits_mech.scene.sensor import Sensor
 
 ROUGH = 0.1
 """Tolerance of the answers in space."""
 _MISSED = 0.02  # of space's change, what its coarsest rung was seen to miss beyond its own estimate
-_BEYOND = 1.0, 2.0  # coil diameters, gaps
 _KEPT = 16  # coarse answers: errors and tables ask for the same
 
 
@@ -56,18 +53,14 @@ def ends_of_plates(sensor: Sensor, pose: Pose, found: Impedance) -> Ends | None:
         return None
     rows, n = pose.components.reshape(-1, len(POSE)), len(sensor.coils)
     L, R = (values.reshape(-1, n, n) for values in (found.L, found.R))
-    more = np.zeros((4, *L.shape))
     try:
-        for twin, own in _under_coils(sensor, Pose.of(rows)):
-            space = _in_space(twin, tuple(rows[own].ravel().tolist()), found.frequency)
-            scale, other = (np.sqrt(np.outer(np.diag(L0), np.diag(L0))) for L0 in (found.L0, space.L0))
-            ratio = scale / other
-            more[0, own], more[1, own] = space.L * ratio - L[own], space.R * ratio - R[own]
-            more[2, own] = (space.error_L + _MISSED * largest(space.L - space.L0)) * ratio
-            more[3, own] = (space.error_R + _MISSED * largest(space.R)) * ratio
+        space = _in_space(sensor, tuple(rows.ravel().tolist()), found.frequency)
     except (SolveFailed, ValueError):
         return None
-    more = _three_digits(more)
+    scale, other = (np.sqrt(np.outer(np.diag(L0), np.diag(L0))) for L0 in (found.L0, space.L0))
+    errors = (space.error_L + _MISSED * largest(space.L - space.L0), space.error_R + _MISSED * largest(space.R))
+    ratio = scale / other
+    more = _three_digits(np.stack([space.L * ratio - L, space.R * ratio - R, *(each * ratio for each in errors)]))
     change = np.abs(L - found.L0).max(axis=(1, 2))
     own_L = np.diagonal(np.abs(more[0]) + more[2], axis1=1, axis2=2).max(axis=1)
     size = float(np.max(own_L / np.where(change > 0.0, change, np.inf), initial=0.0))
@@ -85,30 +78,6 @@ def _three_digits(values: Array) -> Array:
     """Round to three digits: the estimate has no more, and rounding of a batch does not show."""
     scale = 10.0 ** (np.floor(np.log10(np.where(values == 0.0, 1.0, np.abs(values)))) - 2.0)
     return np.round(values / scale) * scale
-
-
-def _under_coils(sensor: Sensor, pose: Pose) -> list[tuple[Sensor, Integers]]:
-    """Return scenes whose rectangular target ends where the coils no longer see it, with the poses that each is for.
-
-    The range of a coil is in powers of two of its diameter, so that many poses have few scenes.
-    """
-    target, every = sensor.target, np.arange(len(pose.components))
-    if target is None or target.shape != "rectangle":
-        return [(sensor, every)]
-    D = max(coil.outer_diameter for coil in sensor.coils)
-    beyond = _BEYOND[0] * D + _BEYOND[1] * np.maximum(clearance(sensor, pose), pose.d_v)
-    sides = np.empty((len(every), 2))
-    for axis, side in enumerate(target.extent):
-        away = np.max([np.abs(coil.centre[axis] - pose.centre[:, axis]) for coil in sensor.coils], axis=0)
-        seen = 2.0 * (away + 0.5 * D + beyond)
-        sides[:, axis] = np.minimum(side, D * 2.0 ** np.ceil(np.log2(seen / D)))
-    found = []
-    for width, length in np.unique(sides, axis=0):
-        own = every[(sides == (width, length)).all(axis=1)]
-        cut = Target.model_validate(target.model_dump() | {"width": float(width), "length": float(length)})
-        whole = (width, length) == target.extent
-        found.append((sensor if whole else sensor.model_copy(update={"target": cut}), own))
-    return found
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from sits_mech.description import Question
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.magnetics.models import PLANAR, SHEETS
 from sits_mech.magnetics.omitted import ends
-from sits_mech.magnetics.omitted.ends import Ends, Whole, _three_digits, _under_coils, ends_of_plates, pitch_of_spirals
+from sits_mech.magnetics.omitted.ends import Ends, Whole, _three_digits, ends_of_plates, pitch_of_spirals
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.notes import Omission, OmissionKind
 from sits_mech.quantities import Impedance, MagneticModel, Pose, SolveFailed, SolveReport
@@ -211,17 +211,6 @@ def test_what_else_a_model_leaves_out_is_of_the_largest_change(
 def test_estimates_have_three_digits() -> None:
     told = _three_digits(np.array([0.0, 1.23456e-7, -98765.0, 9.996]))
     np.testing.assert_allclose(told, [0.0, 1.23e-7, -98800.0, 10.0], rtol=1e-12)
-
-
-def test_of_a_wide_plate_counts_what_the_largest_coil_sees() -> None:
-    """Its range is a power of two of the diameter: the farthest coil's distance, half of it, itself and two gaps."""
-    scene = load_sensor("biorob2018", ["target.width=0.2", "target.length=0.05"])
-    large = scene.coils[1].model_copy(update={"turns": 24, "centre": (14 * MM, 0.0)})
-    scene = scene.model_copy(update={"coils": (scene.coils[0], large)})
-    D, x = large.outer_diameter, np.array([0.0, -12.0, 0.0]) * MM
-    found = _under_coils(scene, Pose(x, np.array([2.0, 2.0, 40.0]) * MM, np.zeros(3), np.array([0.0, 0.0, 1.0]) * MM))
-    assert [one.target.extent for one, _ in found] == [(8.0 * D, 4.0 * D), (16.0 * D, 4.0 * D), (0.2, 0.05)]
-    assert [rows.tolist() for _, rows in found] == [[0], [1], [2]] and found[2][0] is scene
 
 
 def test_the_pitch_is_the_worst_of_all_poses(sensor: Sensor, monkeypatch: pytest.MonkeyPatch) -> None:
