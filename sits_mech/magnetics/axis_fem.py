@@ -29,7 +29,7 @@ from sits_mech.description import Refusal
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.answer import Kind, Reaction, answer
 from sits_mech.magnetics.axis.coaxial import check_coaxial, coaxial_discs, not_coaxial
-from sits_mech.magnetics.axis.elements import AxisField, solve_axis
+from sits_mech.magnetics.axis.elements import AxisField, flux_errors, solve_axis
 from sits_mech.magnetics.axis.lines import CoaxialDisc, divide_axis
 from sits_mech.magnetics.coils.resistance import coils_alone
 from sits_mech.magnetics.coils.tracks import Tracks
@@ -44,7 +44,6 @@ _COARSEST, _FIRST_POWER = 1.3, 8.0  # fineness from a tolerance of 8e-3 on; it i
 _POWER = 6.0  # of the fineness by which the error falls
 _STALLED = 0.5  # of the error two divisions before: of a skin below the smallest cell no division mends it
 _FINER = (0.5, 0.85)  # cells of one division to the next, at least and at most
-_DIGITS = 1e-10  # a part of Phi below this share of the whole is not asked to be accurate
 _FINE = 1e-9  # gap [m] for the most nodes across the tracks, which cost next to nothing
 _CROSSING = 0.1  # of |Phi|: least change of L that a tolerance is relative to where discs are permeable
 
@@ -59,21 +58,11 @@ class SolvedAxis:
     permeable: bool  # whether a disc is
     solves: int  # linear solves it took
 
-    def errors(self) -> tuple[float, float]:
-        """Return the estimated errors of L and R / omega [H]."""
-        flux, difference = self.field.flux, self.of_order_4.flux - self.field.flux
-        relative = abs(difference) / max(abs(flux), np.finfo(float).tiny)
-        return (
-            max(abs(difference.real), relative * abs(flux.real)), max(abs(difference.imag), relative * abs(flux.imag)),
-        )
-
-    def relative_errors(self) -> tuple[float, float]:
-        """Return the same relative to what a tolerance is relative to."""
+    @property
+    def errors(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The estimated errors of L and R / omega [H], and relative to what a tolerance is relative to."""
         flux = self.field.flux
-        floor = max(_DIGITS * abs(flux), np.finfo(float).tiny)
-        least = _CROSSING * abs(flux) if self.permeable else floor
-        error_L, error_R = self.errors()
-        return error_L / max(abs(flux.real), least, floor), error_R / max(abs(flux.imag), floor)
+        return flux_errors(flux, self.of_order_4.flux - flux, _CROSSING * self.permeable)
 
 
 @dataclass(frozen=True)
@@ -117,10 +106,10 @@ class AxisymmetricFem:
             ]
             uneven = np.concatenate(each, axis=1)[:, index]
         omega = 2 * np.pi * frequency
-        flux, errors = np.array([each.field.flux for each in found]), np.array([each.errors() for each in found])
+        flux, errors = np.array([each.field.flux for each in found]), np.array([each.errors[0] for each in found])
         value, error = 1j * omega * flux[index], omega * (errors[index, 1] + 1j * errors[index, 0])
         return Reaction(
-            value[:, None, None], error[:, None, None], max(each.relative_errors()[0] for each in found),
+            value[:, None, None], error[:, None, None], max(each.errors[1][0] for each in found),
             max(each.of_order_4.unknowns for each in found), sum(each.solves for each in found),
             max(each.field.residual for each in found), tracks=uneven,
         )
@@ -155,7 +144,7 @@ def solved_axis(model: AxisymmetricFem, discs: tuple[CoaxialDisc, ...], frequenc
     while lines.unknowns(4) <= _MOST_UNKNOWNS:
         coarse, fine = (solve_axis(lines, discs, coil, omega, order) for order in (3, 4))
         found = SolvedAxis(coarse, fine, omega, permeable, 2 * len(missed) + 2)
-        error_L, error_R = found.relative_errors()
+        error_L, error_R = found.errors[1]
         reached = max(error_L, 0.1 * error_R)
         if reached <= model.tolerance:
             return found

@@ -31,6 +31,7 @@ from sits_mech.description import Refusal
 from sits_mech.geometry.plates import PlateSection, outline_refusal, return_radius, section_plates
 from sits_mech.geometry.tracks import section_refusal
 from sits_mech.magnetics.answer import Kind, Reaction, check_asked
+from sits_mech.magnetics.axis.elements import flux_errors
 from sits_mech.magnetics.modes import skin_depth
 from sits_mech.magnetics.section.coils import CoilBars, coil_potentials, depth, section_answer, tracks
 from sits_mech.magnetics.section.elements import FieldSolution, element_errors, solve_field
@@ -45,7 +46,6 @@ _KIND = Kind("planar-fem", "H/m", plane=True)
 # Division for a tolerance of 1e-3, measured against an independent high-order FEM.
 _DEFAULT = Fineness(skin=0.7, edge=0.5, growth=0.6, near=0.6, share=0.12, around=40)
 _MOST_UNKNOWNS = 300_000  # of a division: with more, the tolerance is refused
-_DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _ROUNDS, _FAR = 3, 10.0  # divisions that an order is measured from, and error over tolerance that no more would mend
 _FINER = 0.7  # cells of a plate from one division to the next
 _GAINED = 0.3  # part of what order 3 adds that is left as its error where no plate is permeable
@@ -70,24 +70,11 @@ class PlanarField:
         """Flux linkage of the reaction, coil by coil, shape (n, n) [H/m]."""
         return self.solution.flux
 
-    def errors(self) -> tuple[float, float]:
-        """Return the estimated absolute errors of L [H/m] and R [ohm/m], largest entry.
-
-        From the difference of the orders, in each part no less than its relative size in the whole: one may cancel.
-        """
+    @property
+    def errors(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The estimated errors of L and R / omega [H/m], largest entry, and over the largest of Delta L and R."""
         smooth = all(plate.relative_permeability == 1.0 for plate in self.plates)
-        difference = (self.flux - self.coarse.flux) * (_GAINED if smooth else 1.0)
-        relative = float(np.abs(difference).max() / max(np.abs(self.flux).max(), np.finfo(float).tiny))
-        error_L = max(np.abs(difference.real).max(), relative * np.abs(self.flux.real).max())
-        error_R = max(np.abs(difference.imag).max(), relative * np.abs(self.flux.imag).max())
-        return float(error_L), float(self.omega * error_R)
-
-    def relative_errors(self) -> tuple[float, float]:
-        """Return the same relative to the largest entries of Delta L and R."""
-        floor = max(_DIGITS * np.abs(self.flux).max(), np.finfo(float).tiny)
-        error_L, error_R = self.errors()
-        largest_L, largest_R = (max(np.abs(part).max(), floor) for part in (self.flux.real, self.flux.imag))
-        return float(error_L / largest_L), float(error_R / (self.omega * largest_R))
+        return flux_errors(self.flux, (self.flux - self.coarse.flux) * (_GAINED if smooth else 1.0))
 
     def potential(self, places: Complex, currents: Complex) -> Complex:
         """Return the whole vector potential of `currents` [A] at places x + j z within the mesh, [V s/m]."""
@@ -131,9 +118,9 @@ class PlanarFem:
             found = self._field(Pose.of(place), frequency)
             if found is None:
                 continue
-            flux[k], (error_L, error_R) = found.flux, found.errors()
-            error[k] = error_R + 1j * omega * error_L
-            worst, residual = max(worst, found.relative_errors()[0]), max(residual, found.solution.residual)
+            flux[k], ((error_L, error_R), (relative, _)) = found.flux, found.errors
+            error[k] = omega * (error_R + 1j * error_L)
+            worst, residual = max(worst, relative), max(residual, found.solution.residual)
             unknowns, solves = max(unknowns, found.solution.basis.N), solves + found.solves
         scale = depth(self.sensor, self.absolute)
         change = 1j * omega * scale * (flux + np.swapaxes(flux, 1, 2)) / 2
@@ -185,7 +172,7 @@ def _adapted(model: PlanarFem, plates: tuple[PlateSection, ...], omega: float) -
         coarse, fine = (solve_field(division, plates, coils, omega, order, ground) for order in (2, 3))
         solves += 2
         found = PlanarField(plates, coils, division, fine, coarse, omega, ground, solves)
-        error_L, error_R = found.relative_errors()
+        error_L, error_R = found.errors[1]
         if error_L <= model.tolerance and error_R <= 10 * model.tolerance:
             return found
         missed.append((fine.basis.N, max(error_L, 0.1 * error_R) / model.tolerance))

@@ -37,6 +37,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -50,6 +51,7 @@ from sits_mech.magnetics.coils.ring_field import ring_profile
 from sits_mech.quantities import Array, Complex
 from sits_mech.scene.sensor import Coil
 
+_DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _SOURCE = 1e-7  # error of a track's field by filaments; of Delta L it leaves 1e-8 where 1e-5 leave 6e-7
 _SAME = 1e-12  # of the far boundary: a rim's node, whatever rounding says
 _BEYOND = 3  # Gauss points more than the order: of u / r in the second cell, 1e-9
@@ -120,6 +122,21 @@ def refined_solution(S: csc_matrix, load: Complex) -> tuple[Complex, float]:
     solution += factor.solve(load - S @ solution)
     left = np.linalg.norm(load - S @ solution)
     return solution, float(left / max(np.linalg.norm(load), np.finfo(float).tiny))
+
+
+def flux_errors(flux: Any, difference: Any, least: float = 0.0) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return errors of the real and the imaginary part of a flux, by what another order changes, and these relative.
+
+    Each is no less than the relative size in the whole, as one may cancel. Relative errors are over the parts, of which
+    some digits of the whole count at least, of the real one a share of it, `least`.
+    """
+    whole, tiny = np.abs(flux).max(), np.finfo(float).tiny
+    changed, parts = np.abs(difference).max() / max(whole, tiny), list[tuple[float, float]]()
+    for off, part, share in ((difference.real, flux.real, least), (difference.imag, flux.imag, 0.0)):
+        largest = np.abs(part).max()
+        error = max(np.abs(off).max(), changed * largest)
+        parts.append((float(error), float(error / max(largest, max(share, _DIGITS) * whole, tiny))))
+    return (parts[0][0], parts[1][0]), (parts[0][1], parts[1][1])
 
 
 @lru_cache(maxsize=16)
