@@ -72,7 +72,6 @@ class AxisymmetricFem:
     sensor: Sensor
     tolerance: float  # asked relative error of the change of L; of R ten times that
 
-    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz]; every height is a solve of its own.
 

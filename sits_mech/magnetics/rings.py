@@ -53,7 +53,6 @@ class Axisymmetric:
     sensor: Sensor
     tolerance: float  # asked relative error of the change of L; of R ten times that
 
-    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L [H] and R [ohm] for one pose or many at `frequency` [Hz].
 

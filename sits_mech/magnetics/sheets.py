@@ -62,7 +62,7 @@ from sits_mech.magnetics.space.plates import (
 from sits_mech.magnetics.space.rungs import ImpedanceLimit, PlateRung, fitting
 from sits_mech.magnetics.space.sources import Posed, Sources
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array, Complex, Impedance, Integers, Pose
+from sits_mech.quantities import Array, Complex, Impedance, Pose
 from sits_mech.rotations import rotation_matrix
 from sits_mech.scene.sensor import Sensor, metal_parts
 from sits_mech.threads import one_thread
@@ -72,24 +72,6 @@ from sits_mech.units import millimetres as mm
 _KIND = Kind("sheets", "H")
 _OF_EACH = 0.1  # of two coils' errors (geometric mean), added to that of their mutual terms: benchmarks/extremes.py
 _MISSED = (0.25, 0.25), (0.04, 0.02)  # of a bound, by polynomials, in R and L: 0.33 seen; of what plates radiate
-
-
-@dataclass(frozen=True)
-class _Change:
-    """What plates do to the coils."""
-
-    parts: Complex
-    """Delta Z, its error, real and imaginary part apart, two signed parts that poses share: extrapolation's step and
-    polynomials' miss, what is in the tracks, where that is asked for, and its error, (6, p, n, n) [ohm]."""
-    unknowns: int
-    notes: tuple[Note, ...] = ()
-
-    def with_share(self, other: _Change, some: Integers, share: Array) -> _Change:
-        """Return it with what others find for some of the poses, of which these have a share."""
-        parts = self.parts.copy()
-        parts[:, some] += share[:, None, None] * other.parts
-        notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
-        return _Change(parts, max(self.unknowns, other.unknowns), notes)
 
 
 @dataclass(frozen=True)
@@ -112,7 +94,6 @@ class Sheets:
     steady: tuple[tuple[tuple[float, ...], float], ...] = ()
     lift: Lift | None = field(default=None, compare=False)
 
-    @one_thread
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L and R [H, ohm] for one pose or many at `frequency` [Hz]; raises as `check_asked`."""
         return self.with_tracks(pose, frequency)[0]
@@ -136,19 +117,21 @@ class Sheets:
         n = len(self.sensor.coils)
         if any(part.susceptibility != 0.0 for part in parts):
             tracks = None
-        found = _Change(np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0)
+        found, unknowns, said = np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0, dict[Note, None]()
         gaps, least_step = self._gaps(parts)
         for (*clear, room), top, some, share in serving(gaps, frequency, least_step=least_step):
-            one = self._change([part.among(some) for part in parts], clear, room, (frequency, top), tracks)
-            found = found.with_share(one, some, share)
-        value, error = found.parts[:2]
+            own = [part.among(some) for part in parts]
+            change, count, notes = self._change(own, clear, room, (frequency, top), tracks)
+            found[:, some] += share[:, None, None] * change
+            unknowns, said = max(unknowns, count), said | dict.fromkeys(notes)
+        value, error = found[:2]
         scale = largest(value.imag)
         relative = float(np.max(error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         if permeable_rings(parts):  # of the whole change, what `around_holes` leaves with what divisions do
             relative = max(relative, float(np.max(error.real / largest(value))))
-        notes = (*found.notes, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
-        uneven = None if tracks is None else found.parts[4:]
-        return Reaction(value, error, relative, found.unknowns, 1, notes=notes, shared=found.parts[2:4], tracks=uneven)
+        every = (*said, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
+        uneven = None if tracks is None else found[4:]
+        return Reaction(value, error, relative, unknowns, 1, notes=every, shared=found[2:4], tracks=uneven)
 
     def _gaps(self, parts: Sequence[PlacedPlate]) -> tuple[list[tuple[Array, float]], float]:
         """Return plates' gaps with their anchors, then the target's room, and the least step of the frequencies."""
@@ -217,8 +200,13 @@ class Sheets:
     def _change(
         self, parts: Sequence[PlacedPlate], clear: Sequence[float], room: float, frequency: tuple[float, float],
         tracks: Tracks | None = None,
-    ) -> _Change:
-        """Return the plates' change, each prepared for a clearance and a room, at a frequency, up to another."""
+    ) -> tuple[Complex, int, list[Note]]:
+        """Return the plates' change, each prepared for a clearance and a room, at a frequency, up to another.
+
+        It is Delta Z, its error, real and imaginary part apart, two signed parts that poses share: extrapolation's step
+        and polynomials' miss, what is in the tracks, where that is asked for, and its error, (6, p, n, n) [ohm]; with
+        the unknowns, and notes.
+        """
         sensor = self.sensor
         plates, rung, large = self._plates(parts, clear, room, frequency)
         notes = [*large]
@@ -241,7 +229,7 @@ class Sheets:
         value, error = value + around, error + unsure
         unknowns = sum(plate.divisions[0].unknowns for plate in plates)
         in_tracks = 2 * [0.0 * value] if uneven is None else uneven
-        return _Change(np.stack([value, error, left, lost * value, *in_tracks]), unknowns, tuple(notes))
+        return np.stack([value, error, left, lost * value, *in_tracks]), unknowns, notes
 
     def _together(
         self, parts: Sequence[PlacedPlate], plates: Sequence[Divided], seen: Posed, frequency: float

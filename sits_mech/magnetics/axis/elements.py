@@ -54,6 +54,7 @@ from sits_mech.scene.sensor import Coil
 _DIGITS = 1e-10  # a part of the flux below this share of the whole is not asked to be accurate
 _SOURCE = 1e-7  # error of a track's field by filaments; of Delta L it leaves 1e-8 where 1e-5 leave 6e-7
 _SAME = 1e-12  # of the far boundary: a rim's node, whatever rounding says
+_Forms = tuple[csr_matrix, csr_matrix]  # stiffness and mass of one variable over some cells, on all its nodes
 _BEYOND = 3  # Gauss points more than the order: of u / r in the second cell, 1e-9
 
 
@@ -87,23 +88,15 @@ class AxisField:
         return np.stack([A_r + A / r, -A_z], axis=-1)
 
 
-@dataclass(frozen=True)
-class _Forms:
-    """Forms of one variable over some cells, on all its nodes."""
-
-    stiffness: csr_matrix
-    mass: csr_matrix
-
-
 def solve_axis(lines: Lines, discs: Sequence[CoaxialDisc], coil: Coil, omega: float, order: int) -> AxisField:
     """Solve for one ampere in the coil, whose axis is r = 0, with elements of an order; omega [rad/s]."""
     r, z = (_nodes(edges, order) for edges in (lines.r, lines.z))
-    whole = _product(_forms(lines.r, order, radial=True), _forms(lines.z, order))
-    stiffness, D = whole.stiffness, 0j * whole.mass
+    stiffness, mass = _product(_forms(lines.r, order, radial=True), _forms(lines.z, order))
+    D = 0j * mass
     for disc in discs:
         across = _forms(lines.r, order, (disc.inner, disc.radius), radial=True)
-        part = _product(across, _forms(lines.z, order, (disc.bottom, disc.top)))
-        D = D + (1.0 / disc.permeability - 1.0) * part.stiffness + 1j * omega * mu_0 * disc.conductivity * part.mass
+        own, mass = _product(across, _forms(lines.z, order, (disc.bottom, disc.top)))
+        D = D + (1.0 / disc.permeability - 1.0) * own + 1j * omega * mu_0 * disc.conductivity * mass
     g = _source(r, z, discs, coil)
     inner = np.arange(z.size, g.size)  # not on the axis
     S = csc_matrix((stiffness + D + _far_boundary(lines, r, z, order))[inner][:, inner])
@@ -179,7 +172,7 @@ def _points(edges: Array, order: int) -> Array:
 
 
 def _forms(edges: Array, order: int, span: tuple[float, float] | None = None, *, radial: bool = False) -> _Forms:
-    """Return the forms over the cells within a span; across r with the weight r, and u' + u/r for u'."""
+    """Return stiffness and mass over the cells within a span; across r with the weight r, and u' + u/r for u'."""
     _, weights, shapes, slopes = _rule(order)
     h = np.diff(edges)[:, None]
     w = weights * h / 2
@@ -190,7 +183,7 @@ def _forms(edges: Array, order: int, span: tuple[float, float] | None = None, *,
     if radial:
         r = _points(edges, order)
         w, du = w * r, du + u / r[:, :, None]
-    return _Forms(_assembled(w, du, order), _assembled(w, u, order))
+    return _assembled(w, du, order), _assembled(w, u, order)
 
 
 def _assembled(weights: Array, shapes: Array, order: int) -> csr_matrix:
@@ -204,8 +197,8 @@ def _assembled(weights: Array, shapes: Array, order: int) -> csr_matrix:
 
 def _product(across: _Forms, along: _Forms) -> _Forms:
     """Return the forms c and m of the module docstring."""
-    stiffness = kron(across.mass, along.stiffness) + kron(across.stiffness, along.mass)
-    return _Forms(csr_matrix(stiffness), csr_matrix(kron(across.mass, along.mass)))
+    (k, m), (own, mass) = across, along
+    return csr_matrix(kron(m, own) + kron(k, mass)), csr_matrix(kron(m, mass))
 
 
 def _source(r: Array, z: Array, discs: Sequence[CoaxialDisc], coil: Coil) -> Array:

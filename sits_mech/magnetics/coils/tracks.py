@@ -28,7 +28,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, cast
 
 import numpy as np
 
@@ -113,28 +112,21 @@ class Tracks:
         return np.stack([change, share * (np.abs(change.real) + 1j * np.abs(change.imag))])
 
 
-class Following(Protocol):
-    """A magnetic model of even current that knows what metal does in the tracks."""
-
-    def with_tracks(self, pose: Pose, frequency: float, tracks: Tracks) -> tuple[Impedance, Complex | None]:
-        """Return its impedance, and `Tracks.change` at each pose; None where it does not know that."""
-        ...
-
-
 @dataclass(frozen=True)
 class Tracked:
-    """A magnetic model of even current, with what uneven current in the tracks adds."""
+    """A magnetic model of even current, with what uneven current in the tracks adds.
+
+    One that knows what metal does there has `with_tracks`: impedance, and `Tracks.change` at each pose or None.
+    """
 
     model: MagneticModel
     sensor: Sensor
 
     def impedance(self, pose: Pose, frequency: float) -> Impedance:
         """Return L, R and L0 with uneven current, in henry and ohm; as the model's own, per metre."""
-        tracks, change = Tracks(self.sensor.coils, frequency, self.sensor.frequency), None
-        if hasattr(self.model, "with_tracks"):
-            found, change = cast(Following, self.model).with_tracks(pose, frequency, tracks)
-        else:
-            found = self.model.impedance(pose, frequency)
+        tracks = Tracks(self.sensor.coils, frequency, self.sensor.frequency)
+        known = getattr(self.model, "with_tracks", None)
+        found, change = known(pose, frequency, tracks) if known else (self.model.impedance(pose, frequency), None)
         return with_tracks(tracks, found, tracks.unknown(found) if change is None else change)
 
 

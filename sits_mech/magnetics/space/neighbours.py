@@ -89,14 +89,6 @@ class _Together:
         return lu_solve(self.factor, driven, overwrite_b=True, check_finite=False)
 
 
-@dataclass(frozen=True, eq=False)
-class _Fixed:
-    """Fixed plates: where each is, and what all answer, by divisions."""
-
-    placed: tuple[_Placed, ...]
-    answers: tuple[_Together, ...]
-
-
 def coupled_reactions(
     target: Sequence[Moving], seen: Posed, others: Sequence[SpacePlate], frequency: float
 ) -> list[Complex]:
@@ -107,18 +99,18 @@ def coupled_reactions(
     omega, n = 2 * np.pi * frequency, len(seen.coils)
     where = tuple((*part.turns[0].ravel().tolist(), *part.places[0].tolist()) for part in others)
     plates = tuple(part.divisions for part in others)
-    fixed = _fixed(plates[0][0], plates, where, omega, n)
+    fixed, answers = _fixed(plates[0][0], plates, where, omega, n)
     if not target:
-        return [together.coils[None] for together in fixed.answers]
+        return [together.coils[None] for together in answers]
     clearance = min(part.divisions[0].box.clearance for part in others)
     far = seen_from(target[0], clearance, omega, _MOVING)
     found = answered_by(target, seen, frequency, far)
     results = [np.empty((len(seen.places), n, n), dtype=complex) for _ in found]
     for pose, place in enumerate(zip(seen.turns, seen.places, strict=True)):
         moved = _Placed.of(far, *place)
-        P = np.hstack([moved.linked(other) for other in fixed.placed])
+        P = np.hstack([moved.linked(other) for other in fixed])
         V = np.zeros((P.shape[0], 0), dtype=complex)
-        for result, (own, e, Y), together in zip(results, found, fixed.answers, strict=True):
+        for result, (own, e, Y), together in zip(results, found, answers, strict=True):
             g = _times(P, together.fields)
             h = e[pose] + Y @ g
             V, back = _back(V, Y, P, together, h)
@@ -130,8 +122,11 @@ def coupled_reactions(
 def _fixed(
     first: DividedPlate, plates: tuple[tuple[DividedPlate, ...], ...], where: tuple[tuple[float, ...], ...],
     omega: float, n: int
-) -> _Fixed:
-    """Return fixed plates together for n coils, by their divisions (the first keeps it), and their turns and places."""
+) -> tuple[tuple[_Placed, ...], tuple[_Together, ...]]:
+    """Return where fixed plates are, and what they answer together to n coils, by divisions.
+
+    Of plates by their divisions (the first keeps it), and their turns and places.
+    """
     fars = [seen_from(divisions[0], divisions[0].box.clearance, omega, _FIXED, n) for divisions in plates]
     places = zip(fars, np.reshape(where, (-1, 4, 3)), strict=True)
     placed = tuple(_Placed.of(far, at[:3], at[3]) for far, at in places)
@@ -154,7 +149,7 @@ def _fixed(
         outer = sum(Z[:n, :n] for Z in each) + T.T @ L @ through
         alone = tuple((own, Z[n:, n:] / (1j * omega) ** 2) for own, Z in zip(columns, each, strict=True))
         answers.append(_Together(outer, through, alone, factor))
-    return _Fixed(placed, tuple(answers))
+    return placed, tuple(answers)
 
 
 def _times(P: Array, X: Complex) -> Complex:
