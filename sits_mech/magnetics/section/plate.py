@@ -29,8 +29,9 @@ Neglected: the plate's ends along y (planar), displacement current.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.constants import mu_0
@@ -76,21 +77,14 @@ class Lengths:
 
 
 @dataclass(frozen=True)
-class RectangularCells:
-    """Rectangular cells."""
+class QuadrantCells:
+    """Bars of the quadrant x, z > 0 about the section's centre."""
 
     x: Array  # (n,) centres [m]
     z: Array  # (n,)
     width: Array  # (n,) along x [m]
     height: Array  # (n,) along z [m]
-
-
-@dataclass(frozen=True)
-class QuadrantCells:
-    """One quadrant's cells."""
-
-    cells: RectangularCells  # bars of the quadrant x, z > 0 about the section's centre
-    share: csr_array  # (cells, finest cells) P: part of each finest cell in a cell's area
+    share: Any = None  # (n, finest cells) P: part of each finest cell in a cell's area, sparse
 
 
 def divisions(size: tuple[float, float], resolution: Resolution, lengths: Lengths) -> tuple[QuadrantCells, ...]:
@@ -105,7 +99,7 @@ def divisions(size: tuple[float, float], resolution: Resolution, lengths: Length
         rows = i * ((z.size - 1) // step) + k
         area = finest.width * finest.height / (cells.width * cells.height)[rows]
         share = csr_array((area, (rows, np.arange(rows.size))), shape=(cells.x.size, rows.size))
-        found.append(QuadrantCells(cells, share))
+        found.append(replace(cells, share=share))
     return tuple(found)
 
 
@@ -155,11 +149,11 @@ def _graded(length: float, first: float, largest: float, growth: float) -> Array
     return nodes[::-1]
 
 
-def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> RectangularCells:
+def _quadrant_cells(nodes_x: Array, nodes_z: Array) -> QuadrantCells:
     """Return tensor cells between the nodes of two half axes."""
     x, z = np.meshgrid((nodes_x[1:] + nodes_x[:-1]) / 2, (nodes_z[1:] + nodes_z[:-1]) / 2, indexing="ij")
     width, height = np.meshgrid(np.diff(nodes_x), np.diff(nodes_z), indexing="ij")
-    return RectangularCells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
+    return QuadrantCells(x.ravel(), z.ravel(), width.ravel(), height.ravel())
 
 
 def _nodes(length: float, first: float, largest: float, growth: float) -> Array:
@@ -185,7 +179,7 @@ class PreparedPlate:
     nodes: Complex  # (m,) where the plate samples f', xi + j eta from the centre of the section [m]
     basis: Array  # (k, samples) from samples to coefficients, class by class
     modes: tuple[tuple[Modes, ...], ...]
-    cells: tuple[RectangularCells, ...]  # bars of the quadrant x, z > 0 about the section's centre
+    cells: tuple[QuadrantCells, ...]
 
     @property
     def bars(self) -> int:
@@ -231,7 +225,7 @@ def prepare_plate(
     """
     _check_size(bars_of(size, resolution, lengths), size, lengths.clearance, resolution.terms)
     levels = divisions(size, resolution, lengths)
-    cells = levels[0].cells
+    cells = levels[0]
     logs = _image_logs(cells, 1.0 if return_radius is None else return_radius)
     places, copies = sample_nodes(size, lengths.clearance, resolution.terms)
     charges = probe_charges(size, lengths.clearance)
@@ -254,13 +248,13 @@ def prepare_plate(
         bases.append(basis)
     by_level = tuple(zip(*modes, strict=True))
     return PreparedPlate(
-        size[1], all_nodes(places, copies), np.concatenate(bases), by_level, tuple(level.cells for level in levels)
+        size[1], all_nodes(places, copies), np.concatenate(bases), by_level, levels
     )
 
 
 def _modes(level: QuadrantCells, L: Array, fields: Array, conductivity: float, isolated: bool) -> Modes:
     """Return modes of one class on one division, from the finest one's inductances and fields."""
-    R = 1.0 / (conductivity * level.cells.width * level.cells.height)
+    R = 1.0 / (conductivity * level.width * level.height)
     own = level.share @ (level.share @ L).T
     return eddy_modes(own, R, 2.0 * (level.share @ fields).T, constraint=np.ones(R.size) if isolated else None)
 
@@ -282,7 +276,7 @@ def _check_size(bars: int, size: tuple[float, float], clearance: float, terms: f
         )
 
 
-def _image_logs(cells: RectangularCells, unit: float) -> tuple[Array, Array, Array, Array]:
+def _image_logs(cells: QuadrantCells, unit: float) -> tuple[Array, Array, Array, Array]:
     """Return the mean ln(r / unit) from each cell to each cell's own place and its images in x, in z and in both."""
     x, z = cells.x, cells.z
     first = (cells.width[:, None], cells.height[:, None])
@@ -295,7 +289,7 @@ def _image_logs(cells: RectangularCells, unit: float) -> tuple[Array, Array, Arr
     return logs(1, 1), logs(-1, 1), logs(1, -1), logs(-1, -1)
 
 
-def _potentials(cells: RectangularCells, charges: Complex) -> tuple[Array, ...]:
+def _potentials(cells: QuadrantCells, charges: Complex) -> tuple[Array, ...]:
     """Return the mean of ln|p - p_k| over each cell, less that of the section's centre; each (cells, charges)."""
     means = []
     for image in quadrant_images(charges):

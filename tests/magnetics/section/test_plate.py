@@ -12,16 +12,16 @@ RESOLUTION = Resolution(skin=0.5, growth=1.4, along=0.3, near=0.5, terms=10.0)
 
 def test_coarser_divisions_join_cells_two_by_two():
     levels = divisions(SIZE, RESOLUTION, LENGTHS)
-    assert [levels[0].cells.x.size / level.cells.x.size for level in levels] == [1, 4, 16]
+    assert [levels[0].x.size / level.x.size for level in levels] == [1, 4, 16]
     for level in levels:
-        assert np.sum(level.cells.width * level.cells.height) == pytest.approx(SIZE[0] * SIZE[1] / 4, rel=1e-12)
+        assert np.sum(level.width * level.height) == pytest.approx(SIZE[0] * SIZE[1] / 4, rel=1e-12)
         np.testing.assert_allclose(level.share.sum(axis=1), 1.0, rtol=1e-12)
 
 
 def test_joined_inductances_are_those_of_the_joined_bars():
     fine, middle, _ = divisions(SIZE, RESOLUTION, LENGTHS)
-    joined = middle.share @ (middle.share @ _logs(fine.cells)).T
-    np.testing.assert_allclose(joined, _logs(middle.cells), rtol=0, atol=1e-7)  # the kernel's own error from afar
+    joined = middle.share @ (middle.share @ _logs(fine)).T
+    np.testing.assert_allclose(joined, _logs(middle), rtol=0, atol=1e-7)  # the kernel's own error from afar
 
 
 def _logs(cells):
@@ -39,7 +39,7 @@ def test_error_of_one_division_goes_with_the_square_of_its_cells():
 @pytest.mark.parametrize("grain", [1.0, 0.2, 0.17])
 def test_bars_are_counted_without_dividing(grain):
     lengths = Lengths(grain, grain, 0.3)
-    assert bars_of(SIZE, RESOLUTION, lengths) == 4 * divisions(SIZE, RESOLUTION, lengths)[0].cells.x.size
+    assert bars_of(SIZE, RESOLUTION, lengths) == 4 * divisions(SIZE, RESOLUTION, lengths)[0].x.size
 
 
 def test_bars_at_a_picometre_are_counted_at_once():
