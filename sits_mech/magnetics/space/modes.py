@@ -84,8 +84,8 @@ def prepare_sheets(
             once = classes, unknowns
         found.append((*once, 2 * (division[1].size - 1)))
     check_free(bases)
-    one = np.eye(1)
-    none = {key: reduced(one, one, np.zeros((basis.size, 1)), highest=highest) for key, basis in bases.items()}
+    still = np.eye(1)
+    none = {key: reduced(still, still, np.zeros((basis.size, 1)), highest=highest) for key, basis in bases.items()}
     seen = tuple(bases.values())
     return tuple(
         Sheeted(box, seen, tuple(classes.get(key, none[key]) for key in bases), unknowns, sheets)

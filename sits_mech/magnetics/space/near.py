@@ -44,7 +44,7 @@ class _Class:
 
     problem: Problem
     unit: Array  # of each unknown: these have like resistance
-    reduced: Reduced | Factored  # seen through each unknown
+    reduced: Any  # `Reduced` or `Factored`, seen through each unknown
     seen: Any  # what combinations of other fields and coils at rest induce in it (m, reduced)
     columns: Integers  # which of all those are these
 
