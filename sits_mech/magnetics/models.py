@@ -129,7 +129,8 @@ def _of_sheets(sensor: Sensor, question: Question) -> tuple[Omission, ...]:
         if part.shape == "ring":
             from sits_mech.magnetics.space.plates import around_share  # space, for who asks for its size
 
-            size = around_share(sensor, part, pose) if math.isfinite(np.max(pose.d_v)) else math.nan
+            known = part is not sensor.target or math.isfinite(np.max(pose.d_v))
+            size = around_share(sensor, part, pose) if known else math.nan
             numbers = (("name", name),)
             found.append(Omission(OmissionKind.AROUND, size, Relative.IMPEDANCE, included=True, numbers=numbers))
     return (*found, *_of_air(sensor, question))

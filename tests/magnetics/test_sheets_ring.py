@@ -187,7 +187,7 @@ def test_permeable_rings_that_conduct_much_are_refused() -> None:
 
 def test_losses_around_a_hole_choose_the_model_before_they_are_solved() -> None:
     """By a size between what they leave and six times that; off the axis the answer is above the tolerance."""
-    def around(sensor: Sensor, pose: Pose) -> list[float]:
+    def around(sensor: Sensor, pose: Pose | None) -> list[float]:
         return [item.size for item in SHEETS.omissions(sensor, Question(pose=pose)) if item.kind == OmissionKind.AROUND]
 
     sensor = scene(ring(10, 8, 0.3, conductivity=1e3, relative_permeability=5.0)).model_copy(update={"frequency": 5e6})
@@ -200,3 +200,6 @@ def test_losses_around_a_hole_choose_the_model_before_they_are_solved() -> None:
         off = found.error_R / abs(found.R + 2e6j * np.pi * 5 * (found.L - found.L0))
         assert left < off.item() < 1.001 * found.report.estimated_error < 1.15 * left < size < 6 * left
     assert not around(scene(ring(10, 8, 0.3)), Pose(0.0, 0.5 * MM))
+    assert np.isnan(around(sensor, None))
+    fixed = ring(10, 8, 0.3, conductivity=1.0, relative_permeability=5.0, name="G", centre=[0.0, 0.0, 1 * MM])
+    assert 0.0 < around(scene(None, fixed), None)[0] < 1e-3
