@@ -33,7 +33,7 @@ from sits_mech.mechanics.element.mesh import BRICK, solid_mesh
 from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.levels.refine import refined
 from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, in_slots, inside_of, scaled_ends
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
 from sits_mech.mechanics.pad.stack import covering
@@ -109,11 +109,9 @@ def cells_pad(
         found = q, np.abs(each - q).max(axis=0), more
         return _compliance(cells, own), *(part.reshape(n, 6) * scales.lengths for part in found)
 
-    def enough(found: list[tuple[Array, ...]]) -> bool:
-        """Whether the error is as asked."""
-        return _relative_error(levels, found, force is not None, seen) <= asked
-
-    found, _ = refine(levels, map(measured, range(len(levels))), enough, most)
+    for found in refined(levels, map(measured, range(len(levels))), most):
+        if _relative_error(levels, found, force is not None, seen) <= asked:
+            break
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
 

@@ -43,7 +43,7 @@ from sits_mech.mechanics.levels.answer import (
     touch_notes,
 )
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
-from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.levels.refine import refined
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Ended, Mask, Pose, SolveFailed, SolveReport
 
@@ -114,11 +114,11 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
                     raise
                 return
 
-    def enough(walks: list[_Walk]) -> bool:
-        """Whether the limit of some walks will do, or a further one would crease."""
-        return _limits(levels, first, walks).relative <= asked or levels.creased((walks[0].least, walks[1].least))
-
-    walks, large = refine(levels, walked(), enough, count)
+    for walks in refined(levels, walked(), count):
+        large, creased = None, levels.creased((walks[0].least, walks[1].least))
+        if _limits(levels, first, walks).relative <= asked or creased or len(walks) == count:
+            break  # or a further one would crease
+        large = levels.check_memory(len(walks))
     return _motion(line, levels, first, walks, large), any(walk.touches for walk in walks)
 
 
