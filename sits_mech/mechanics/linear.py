@@ -44,7 +44,6 @@ from typing import Any
 import numpy as np
 
 from sits_mech.disk_cache import kept
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Scales
@@ -54,6 +53,7 @@ from sits_mech.mechanics.levels.answer import errors_of, law_notes, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, equilibrium_slopes
 from sits_mech.mechanics.levels.refine import refined
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales

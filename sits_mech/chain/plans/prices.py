@@ -82,7 +82,7 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
     touch = shape_on_cover(sensor)
     if touch is None or touch.shape == "pressure" or model not in _FURTHER:
         return None
-    from sits_mech.mechanics.block import pad_family
+    from sits_mech.mechanics.pad.families import pad_family
     from sits_mech.mechanics.pad.planar import layer_family
 
     whole = bool(load.out_of_plane)
@@ -95,7 +95,7 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
 
 def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:
     """Return what the last of some loads on a path [N, N m] takes of a pad in space; nothing is meshed or solved."""
-    from sits_mech.mechanics.block import pad_family
+    from sits_mech.mechanics.pad.families import pad_family
 
     levels, share = pad_family(sensor)
     whole = 1.0 / share if any(load.out_of_plane for load in loads) else 1.0

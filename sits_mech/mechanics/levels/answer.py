@@ -193,7 +193,7 @@ def extrapolated_equilibrium(
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
-    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *([large] if large else []))
+    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *filter(None, [large]))
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
         stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),

@@ -115,8 +115,8 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
                 return
 
     for walks in refined(levels, walked(), count):
-        large, creased = None, levels.creased((walks[0].least, walks[1].least))
-        if _limits(levels, first, walks).relative <= asked or creased or len(walks) == count:
+        large, least = None, (walks[0].least, walks[1].least)
+        if len(walks) == count or _limits(levels, first, walks).relative <= asked or levels.creased(least):
             break  # or a further one would crease
         large = levels.check_memory(len(walks))
     return _motion(line, levels, first, walks, large), any(walk.touches for walk in walks)
@@ -161,15 +161,14 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     stretches = [np.array([each.value for each in walk.stretch]) for walk in walks[-2:]]
     before, stretch = map(float, map(np.max, stretches))
     each = np.max([moment.each for moment in last.stretch], axis=0)
-    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
+    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *filter(None, [large])]
     notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=found.late))
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, "converged", tuple(notes), (),
         min(walk.least.min_J for walk in walks), stretch, abs(stretch - before),
     ).judged(line.asked)
-    time, rows = np.array(first.time), np.array(first.rows)
-    return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report)
+    return Motion(np.array(first.time), np.array(first.rows), wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report)
 
 
 class _Walk:
@@ -259,7 +258,8 @@ class _First(_Walk):
         while True:
             left = span - gone
             count = max(int(np.ceil(left / self.next - _ROUNDING)), 1) if left > 0.0 else 1
-            dt, there = left / count, span if count == 1 else gone + left / count
+            dt = left / count
+            there = span if count == 1 else gone + dt
             if not self._gone(begin + there, dt, (at(gone + 0.5 * dt), at(there)), shortest=_SHORTEST * span):
                 continue
             gone = there

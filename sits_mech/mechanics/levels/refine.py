@@ -111,9 +111,10 @@ def later_rests(
     for level in range(2, min(levels.rested, len(levels))):
         body, all_of_it = levels.maker(level), given and levels.fine.press is None
         enough = None if all_of_it else _ENOUGH * body.length(state.q - before.q)
-        tries = _tries(levels, level, state, aim, enough)
-        found = next((there for there in tries if there is not None and not there.reason), None)
-        if found is None:
+        for found in _tries(levels, level, state, aim, enough):
+            if found is not None and not found.reason:
+                break
+        else:
             return
         state, before = replace(found.state, known=None), state
         yield replace(found, state=state)

@@ -212,19 +212,6 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
 
 
-def finished(line: Line, control: Control, solved: Solved, word: str, tolerance: float | None) -> Equilibrium:
-    """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
-
-    With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.
-    """
-    if solved.part < 1.0:
-        raise path_failure(control, solved, word)
-    found = solved.found
-    if line.bends is not None and not control.held.any():
-        found = line.bends(line[int(found.state[0])], line.scales, found)
-    return found if tolerance is None else replace(found, report=found.report.judged(tolerance))
-
-
 def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the failure that says where and why a load path of a `body`, "pad" or "layer", ended."""
     last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}

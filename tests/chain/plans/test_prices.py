@@ -9,9 +9,9 @@ import pytest
 
 from sits_mech.chain.plans.plan import plan, planned_seconds
 from sits_mech.chain.plans.prices import expected, expected_for, forecast_load, forecast_touch
-from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.pad import families
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, SolveReport, Wrench
 from sits_mech.report.notes import sentence, sentences
@@ -124,7 +124,7 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
     """Unknowns within a quarter, more for the whole pad, increments by linear theory, contact by what is displaced."""
     block = block_pad(load_sensor("biorob2018"), 1e-2)
     real = [len(block.half[0].maker(level).free) for level in (0, 1)]
-    monkeypatch.setattr("sits_mech.mechanics.block.bonded_block", None)
+    monkeypatch.setattr("sits_mech.mechanics.pad.families.bonded_block", None)
     small, large = (forecast_load(load_sensor("biorob2018"), [Wrench(F_x=force)]) for force in (0.1, 3.0))
     assert [own / true for own, true in zip(small.unknowns, real, strict=True)] == pytest.approx([1.0, 1.0], abs=0.25)
     assert small.increments == 1 < large.increments and small.seconds < large.seconds < large.most
@@ -137,8 +137,8 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
 
 def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """A plan of such a load meshes a pad once, for what its target bends; its seconds are those said first."""
-    made, bonded_block = list[object](), block.bonded_block
-    monkeypatch.setattr(block, "bonded_block", lambda *args, **more: made.append(args) or bonded_block(*args, **more))
+    made, bonded_block = list[object](), families.bonded_block
+    monkeypatch.setattr(families, "bonded_block", lambda *of, **more: made.append(of) or bonded_block(*of, **more))
     sensor, load = load_sensor("biorob2018", ["elastomer.thickness=50e-6", "elastomer.standoff=0"]), Wrench(1.0, 2.0)
     seconds, counts = planned_seconds(sensor, [load])
     found = plan(sensor, [load])

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import rest
@@ -14,6 +13,7 @@ from sits_mech.mechanics.equilibrium.newton import newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.refine import later_rests, prolonged, refined
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.scene.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
