@@ -19,8 +19,8 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.aimed import aimed_mechanics
-from sits_mech.chain.plans.goal import HALF, Goal, goal_of
-from sits_mech.chain.plans.prices import Expected, LoadForecast, expected_for, forecast_load, forecast_touch
+from sits_mech.chain.plans.goal import HALF, goal_of
+from sits_mech.chain.plans.prices import LoadForecast, Prediction, first_rest, forecast_load, forecast_touch, predicted
 from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.rests import check_way
 from sits_mech.description import Description, Question, sized
@@ -133,7 +133,7 @@ def plan(
     left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads, bent=layer.bent)
     left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(seen.notes if isinstance(seen, Expected) else ()), *_notes(sensor, loads, seen))
+    notes = (*(seen.notes if isinstance(seen, Prediction) else ()), *_notes(sensor, loads, seen))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
@@ -205,7 +205,7 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 def _halves(
     sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
-    seen: Expected | LoadForecast | None,
+    seen: Prediction | LoadForecast | None,
 ) -> Iterator[tuple[PlannedHalf, list[PlannedHalf]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
@@ -294,7 +294,7 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
 
 def _seen(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Expected | LoadForecast | None:
+) -> Prediction | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
     Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
@@ -304,29 +304,22 @@ def _seen(
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
         return None
-
-    goals = list[Goal]()
-
-    def measure(found: Equilibrium) -> float:
-        """Return the error over the signals' full scale; of the pose, where no coil can be solved."""
-        solved, name = coils
-        try:
-            goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
-        except (SolveFailed, ValueError):
-            goal = None
-        if goal is None:
-            return found.report.estimated_error
-        goals.append(goal)
-        return goal.mechanics(poses_of([found]))
-
-    seen = expected_for(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0], tolerance, measure)
-    if seen is None or not goals:
-        return seen
-    finer = MAGNETICS[coils[1]].share * tolerance / ROUGH
-    return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
+    first = first_rest(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0])
+    if not isinstance(first, Equilibrium):
+        return first
+    solved, field = coils[0], MAGNETICS[coils[1]]
+    try:
+        goal = goal_of(solved, field(solved, ROUGH), [first.pose])
+    except (SolveFailed, ValueError):
+        goal = None
+    if goal is None:  # the pose's own, where no coil can be solved
+        return predicted(first.report, first.report.estimated_error, tolerance)
+    seen = predicted(first.report, goal.mechanics(poses_of([first])), tolerance)
+    least = goal.magnetics * min(field.share * tolerance / ROUGH, 1.0)
+    return seen._replace(magnetics=min(least, HALF * tolerance))
 
 
-def _as_seen(step: PlannedHalf, seen: Expected | LoadForecast | None) -> PlannedHalf:
+def _as_seen(step: PlannedHalf, seen: Prediction | LoadForecast | None) -> PlannedHalf:
     """Return a step as the load's first meshes show it, or as it is counted."""
     if seen is None:
         return step
@@ -337,7 +330,7 @@ def _as_seen(step: PlannedHalf, seen: Expected | LoadForecast | None) -> Planned
     return step if seen.magnetics is None else replace(step, error=seen.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Expected | LoadForecast | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Prediction | LoadForecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, beside what was seen of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
@@ -345,7 +338,7 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Expected | LoadForecas
         found += _overhang(sensor)
         lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
         found += (Note.of(NoteKind.STATED, text=text) for text in lines)
-    if not isinstance(seen, Expected) and loads and _HELD < bound < math.inf:
+    if not isinstance(seen, Prediction) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 
