@@ -168,8 +168,9 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
         state.residual, found.relative, 0.0, "converged", tuple(notes), (),
         min(walk.least.min_J for walk in walks), stretch, abs(stretch - before),
     ).judged(line.asked)
-    times = np.array(first.time), np.array(first.rows)
-    return Motion(*times, wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report)
+    return Motion(
+        np.array(first.time), np.array(first.rows), wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report
+    )
 
 
 class _Walk:
