@@ -23,7 +23,7 @@ import numpy as np
 
 from sits_mech.analysis.limits import Capacity, capacity
 from sits_mech.arguments import checked_arguments
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strain_bound
@@ -94,7 +94,7 @@ class Envelope:
 @checked_arguments
 def envelope(
     sensor: Sensor, *, tolerance: float = TOLERANCE, mechanics: str = "auto", rays: int = RAYS,
-    progress: Progress = untold,
+    progress: Progress = no_progress,
 ) -> Envelope:
     """Return the forces that a sensor bears, and what limits them.
 

@@ -33,7 +33,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
 from sits_mech.mechanics.foil.bent import Bending
@@ -125,10 +125,10 @@ class BlockPad(Controlled):
         return found if self.goal is not None else replace(found, report=found.report.judged(self.tolerance))
 
     @one_thread
-    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+    def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         began, whole = time.process_time(), bool(history.farthest.out_of_plane)
-        found = motion_in_time(self.whole if whole else self.half, history, tell)
+        found = motion_in_time(self.whole if whole else self.half, history, progress)
         notes = (*found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(found.report, model="block", seconds=time.process_time() - began, notes=notes)
         return replace(found, report=report)

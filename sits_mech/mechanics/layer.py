@@ -30,7 +30,7 @@ from functools import partial
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.closed_form import coaxial_refusal
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
@@ -105,11 +105,11 @@ class PlanarLayer(Controlled):
             return replace(found, report=found.report.judged(self.tolerance)) if judged else found
 
     @one_thread
-    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+    def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         self._check(under(history.farthest))
         began = time.process_time()
-        found = motion_in_time(self.line, history, tell)
+        found = motion_in_time(self.line, history, progress)
         report = replace(found.report, model=self.name, seconds=time.process_time() - began)
         return replace(found, report=report)
 

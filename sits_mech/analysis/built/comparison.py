@@ -26,7 +26,7 @@ from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
 USUAL = ("modulus", "gap", "lead")
-"""What is fitted of a bench of loads unless it is said."""
+"""What is fitted of a bench of loads by default."""
 
 
 @dataclass(frozen=True)

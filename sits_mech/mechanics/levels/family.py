@@ -20,7 +20,7 @@ Of more,
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. They
 and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). A level divided at the edge alone, or
 away from it alone, moves the limit by what was wrong there, so that the ratio of the term that stays is not in theta.
-Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
+Of three levels the second is separated by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
 1.05 of those, of four levels of 14 pads 0.01 to 0.9.) No component's error is less than a share of the worst, an angle
 counted at the target's end; likewise for forces that hold the target.
 
