@@ -1,8 +1,10 @@
 """Families of meshes of a pad: in which order they are tried, and that half a pad is half of the whole one."""
 
+import numpy as np
 import pytest
 
-from sits_mech.mechanics.pad.families import FINENESS, meshes_in_line, pad_family
+from sits_mech.mechanics.pad.families import FINENESS, meshes_in_line, pad_family, terms_of
+from sits_mech.mechanics.pad.shapes import GRADING
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -22,3 +24,12 @@ def test_the_whole_pad_has_twice_the_cells_across() -> None:
         along, across, through = half[0].cells(level)
         assert whole[0].cells(level) == (along, 2 * across, through)
     assert (half[1], whole[1]) == (0.5, 1.0)
+
+
+def test_the_terms_of_levels_fall_where_cells_are_divided() -> None:
+    """At the edges and away from them, each by the sizes of its own cells; orders are those measured."""
+    terms = terms_of(FINENESS, 0.5)
+    sizes = np.array([(split * 2.0**layers, split) for split, layers in FINENESS])
+    assert np.all((np.diff(terms, axis=0) < 0.0) == (np.diff(sizes, axis=0) > 0.0)) and np.all(terms > 0.0)
+    order = np.log(terms[0] / terms[3]) / np.log(4.0)
+    assert order == pytest.approx([2.0 * 0.5 * GRADING, 3.0])
