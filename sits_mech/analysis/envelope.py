@@ -118,8 +118,8 @@ def envelope(
 
     Examples
     --------
-    >>> found = sm.envelope(sm.load_sensor("biorob2018"), mechanics="planar", rays=4)
-    >>> [(round(ray.force.F_x, 1), round(ray.force.F_z, 1), ray.limit.kind.value) for ray in found.rays[:2]]
+    >>> result = sm.envelope(sm.load_sensor("biorob2018"), mechanics="planar", rays=4)
+    >>> [(round(ray.force.F_x, 1), round(ray.force.F_z, 1), ray.limit.kind.value) for ray in result.rays[:2]]
     [(1.8, 0.0, 'limit data'), (0.0, 7.9, 'limit data')]
     """
     if rays < 4 or rays % 4:

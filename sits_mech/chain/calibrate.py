@@ -66,7 +66,7 @@ def calibrate(
     touch_x, touch_y : float or sequence of float, optional
         Where the scene's touch presses on the target at rest, in place of its own `x` and `y` [m].
     tolerance : float
-        Asked error of the signals, over the largest range that any of them has.
+        Requested error of the signals, over the largest range that any of them has.
     mechanics, magnetics
         As for `simulate`; one model answers all loads.
     progress : callable, optional

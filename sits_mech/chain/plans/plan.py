@@ -120,8 +120,8 @@ def plan(
 
     Examples
     --------
-    >>> found = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
-    >>> found.mechanics.name, found.magnetics.name
+    >>> result = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
+    >>> result.mechanics.name, result.magnetics.name
     ('block', 'sheets')
     """
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
