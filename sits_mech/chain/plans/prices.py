@@ -34,6 +34,8 @@ from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.equilibrium.newton import LONGEST
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strains_of
+from sits_mech.mechanics.pad.families import pad_family
+from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.pad.shapes import shape_of
 from sits_mech.memory import SECONDS
 from sits_mech.notes import Note, NoteKind
@@ -82,9 +84,6 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
     touch = shape_on_cover(sensor)
     if touch is None or touch.shape == "pressure" or model not in _FURTHER:
         return None
-    from sits_mech.mechanics.pad.families import pad_family
-    from sits_mech.mechanics.pad.planar import layer_family
-
     whole = bool(load.out_of_plane)
     levels = layer_family(sensor, True) if model == "axisymmetric" else pad_family(sensor, whole=whole)[0]
     first, second = (len(levels.maker(level).free) for level in (0, 1))
@@ -95,8 +94,6 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
 
 def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:
     """Return what the last of some loads on a path [N, N m] takes of a pad in space; nothing is meshed or solved."""
-    from sits_mech.mechanics.pad.families import pad_family
-
     levels, share = pad_family(sensor)
     whole = 1.0 / share if any(load.out_of_plane for load in loads) else 1.0
     first, second = (round(whole * _unknowns(levels.cells(level))) for level in (0, 1))
