@@ -43,7 +43,7 @@ from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
-from sits_mech.mechanics.levels.settle import path_failure, settled
+from sits_mech.mechanics.levels.settle import last_equilibrium, path_failure
 from sits_mech.mechanics.pad.families import meshes_in_line
 from sits_mech.mechanics.pad.solid import ignored_edge, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes
@@ -111,11 +111,11 @@ class BlockPad(Controlled):
         with single_thread():
             line = self.whole if out_of_plane else self.half
             if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
-                solved = settled(self.half, start, [control.in_plane])
+                solved = last_equilibrium(self.half, start, [control.in_plane])
                 if solved.part == 1.0:
-                    solved = settled(line, of_both_halves(self, solved.found), controls)
+                    solved = last_equilibrium(line, of_both_halves(self, solved.found), controls)
             else:
-                solved = settled(line, start, controls)
+                solved = last_equilibrium(line, start, controls)
         notes = (*solved.found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
         solved = solved._replace(found=replace(solved.found, report=report))

@@ -40,7 +40,7 @@ from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.settle import path_failure, settled
+from sits_mech.mechanics.levels.settle import last_equilibrium, path_failure
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, section_families
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.quantities import Array, Equilibrium, Pose, refuse_out_of_plane
@@ -90,7 +90,7 @@ class PlanarLayer(Controlled):
         for each in controls:
             self._check(each)
         with single_thread():
-            solved = settled(self.line, start, controls)
+            solved = last_equilibrium(self.line, start, controls)
             found, notes = solved.found, solved.found.report.notes
             if self.axial:
                 found = replace(found, error=Pose(0.0, found.error.d_v, 0.0))

@@ -49,7 +49,7 @@ _SMALLEST = (0.6, 1e-2)  # smallest increment on a family with another one to tr
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
 
 
-def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
+def last_equilibrium(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
     """Return the last equilibrium on a path of loads, with contact where it counts; the path matters with friction.
 
     Answer and limit do not depend on a `start`, which is not used with friction: a path from a neighbour's equilibrium
@@ -214,13 +214,13 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
 
 def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the failure that says where and why a load path of a `body`, "pad" or "layer", ended."""
-    last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
+    last, seen = solved.found, {name: solved.coarse_part * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
     largest = list[Note]()
     if solved.carried is not None and solved.limit_point is not None:
         kind = NoteKind.WITHIN_DATA if solved.reason is PathEnd.BEYOND else NoteKind.CARRIED
         largest.append(carried_note(solved.carried, solved.limit_point, kind))
-    if not largest and solved.seen < 1.0:
+    if not largest and solved.coarse_part < 1.0:
         largest.append(Note.of(NoteKind.NO_LARGEST, **seen))
     why = (*laws, *largest, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)

@@ -14,9 +14,9 @@ from sits_mech.chain.plans.plan import (
     PlannedHalf,
     _at_rest,
     _better,
+    _forecast,
     _notes,
     _overhang,
-    _seen,
     magnetic_omissions,
     plan,
 )
@@ -49,7 +49,7 @@ def kinds(items: tuple[Omission, ...]) -> list[OmissionKind]:
 @pytest.fixture
 def not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plans of one load without its first meshes, and without coils solved at rest."""
-    monkeypatch.setattr(planning, "_seen", lambda *_: None)
+    monkeypatch.setattr(planning, "_forecast", lambda *_: None)
     monkeypatch.setattr(planning, "_at_rest", lambda sensor, question, field: question)
 
 
@@ -182,7 +182,7 @@ def test_what_was_seen_of_a_load_replaces_what_is_usual(
 ) -> None:
     """Its error and seconds, of its half; no finer rungs of it are offered, and its notes come first."""
     monkeypatch.setattr(planning, "_at_rest", lambda sensor, question, field: question)
-    monkeypatch.setattr(planning, "_seen", lambda *_: Prediction(0.07, 9.0, (SEEN,), magnetics))
+    monkeypatch.setattr(planning, "_forecast", lambda *_: Prediction(0.07, 9.0, (SEEN,), magnetics))
     found = plan(SENSOR, MANY[-1:], tolerance=0.1, **SECTION)
     mechanics, other = found.steps
     assert (mechanics.error, mechanics.seconds, other.error) == (0.07, 9.0, pytest.approx(error))
@@ -278,18 +278,18 @@ def test_a_load_is_looked_at_by_what_a_coarse_model_shows(
     monkeypatch.setattr(planning, "goal_of", lambda sensor, field, poses: field.impedance(poses[0], 1e6) and goal)
     monkeypatch.setattr(planning, "first_rest", lambda *_: rest)
     monkeypatch.setattr(planning, "predicted", lambda report, off, asked: Prediction(off, 1.0))
-    found = _seen(SENSOR, Choice("block"), (SENSOR, "planar"), [LOAD], 0.1)
+    found = _forecast(SENSOR, Choice("block"), (SENSOR, "planar"), [LOAD], 0.1)
     assert found == Prediction(pytest.approx(error), 1.0, magnetics=magnetics and pytest.approx(magnetics))
 
 
 def test_nothing_is_looked_at_of_many_loads_or_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planning, "first_rest", lambda *_: pytest.fail("looked at"))
     choice, slender = Choice("block"), load_sensor("biorob2018", ["elastomer.thickness=0.1"])
-    assert _seen(SENSOR, choice, (SENSOR, "planar"), [LOAD, Wrench()], 0.1) is None
-    assert _seen(SENSOR, None, (SENSOR, "planar"), [LOAD], 0.1) is None
-    assert _seen(slender, choice, (slender, "planar"), [LOAD], 0.1) is None
+    assert _forecast(SENSOR, choice, (SENSOR, "planar"), [LOAD, Wrench()], 0.1) is None
+    assert _forecast(SENSOR, None, (SENSOR, "planar"), [LOAD], 0.1) is None
+    assert _forecast(slender, choice, (slender, "planar"), [LOAD], 0.1) is None
     monkeypatch.setattr(planning, "first_rest", lambda *_: None)
-    assert _seen(SENSOR, choice, (SENSOR, "planar"), [LOAD], 0.1) is None
+    assert _forecast(SENSOR, choice, (SENSOR, "planar"), [LOAD], 0.1) is None
 
 
 def test_omissions_are_those_of_both_halves_and_of_far_conductors() -> None:
