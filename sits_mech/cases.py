@@ -39,7 +39,7 @@ _LASTING = (ValueError, ArithmeticError, SolveFailed)  # a failure that another 
 _FIRST, _APART = 10.0, 50.0  # seconds to the first snapshot; then as many times what it took, so that all take 2 %
 
 
-def untold(done: int, total: int) -> None:
+def no_progress(done: int, total: int) -> None:
     """Ignore progress."""
 
 
@@ -53,7 +53,7 @@ def solve_cases(
     folder: Path | None = None,
     key: str | Callable[[Row], str] = "",
     group: Group | None = None,
-    progress: Progress = untold,
+    progress: Progress = no_progress,
     snapshot: Callable[[xr.Dataset], None] | None = None,
     choose: Choose | None = None,
 ) -> xr.Dataset:

@@ -85,7 +85,7 @@ def kept(
     """
     from zipfile import BadZipFile
 
-    import numpy as np  # not before the command line has said on how many threads
+    import numpy as np  # not before the command line has set how many threads
 
     where = folder()
     if where is None:

@@ -1,4 +1,4 @@
-"""Values for what is to be said of an answer: notes, and omissions with their sizes. Sentences are made in report/.
+"""Values for the notes on an answer, and omissions with their sizes. Sentences are made in report/.
 
 Inside the package a note is a kind with numbers: decisions read these, never a text. An omission is something that the
 answer's model leaves out of the question: its size is relative to what `relative_to` names, an upper bound or an
@@ -130,7 +130,7 @@ class Relative(StrEnum):
 
 @dataclass(frozen=True)
 class Note:
-    """Something to be said of an answer."""
+    """A remark on an answer."""
 
     kind: NoteKind
     numbers: tuple[tuple[str, Number], ...] = ()

@@ -368,8 +368,8 @@ class Impedance:
     Examples
     --------
     >>> model, _ = sm.magnetic_model(sm.load_sensor("biorob2018"), "planar")
-    >>> found = model.impedance(sm.Pose(0.0, 2e-3), 5e6)
-    >>> found.unit_L, found.L.shape, round(float(found.L[0, 0] / found.L0[0, 0]), 3)
+    >>> result = model.impedance(sm.Pose(0.0, 2e-3), 5e6)
+    >>> result.unit_L, result.L.shape, round(float(result.L[0, 0] / result.L0[0, 0]), 3)
     ('H/m', (2, 2), 0.964)
     """
 

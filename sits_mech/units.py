@@ -164,7 +164,7 @@ def si_range(text: str, unit: str) -> list[float]:
         example = "-10 degC:60 degC:8" if unit == "K" else "0 N:4 N:9"
         form = f'first:last:count with two different ends and a count from 2 to {_MOST}, such as "{example}"'
         raise SceneError(f"must be {form}, or one quantity; got {shown(text)}")
-    import numpy as np  # not before the command line has said on how many threads
+    import numpy as np  # not before the command line has set how many threads
 
     values = np.linspace(ends[0], ends[1], int(parts[2]))
     return [float(value) for value in ((values - values[::-1]) / 2 if ends[0] == -ends[1] else values)]

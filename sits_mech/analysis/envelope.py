@@ -23,7 +23,7 @@ import numpy as np
 
 from sits_mech.analysis.limits import Capacity, capacity
 from sits_mech.arguments import checked_arguments
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strain_bound
@@ -94,7 +94,7 @@ class Envelope:
 @checked_arguments
 def envelope(
     sensor: Sensor, *, tolerance: float = TOLERANCE, mechanics: str = "auto", rays: int = RAYS,
-    progress: Progress = untold,
+    progress: Progress = no_progress,
 ) -> Envelope:
     """Return the forces that a sensor bears, and what limits them.
 
@@ -118,8 +118,8 @@ def envelope(
 
     Examples
     --------
-    >>> found = sm.envelope(sm.load_sensor("biorob2018"), mechanics="planar", rays=4)
-    >>> [(round(ray.force.F_x, 1), round(ray.force.F_z, 1), ray.limit.kind.value) for ray in found.rays[:2]]
+    >>> result = sm.envelope(sm.load_sensor("biorob2018"), mechanics="planar", rays=4)
+    >>> [(round(ray.force.F_x, 1), round(ray.force.F_z, 1), ray.limit.kind.value) for ray in result.rays[:2]]
     [(1.8, 0.0, 'limit data'), (0.0, 7.9, 'limit data')]
     """
     if rays < 4 or rays % 4:

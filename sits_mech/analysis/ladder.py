@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.propagation import levers, unloaded_pose
 from sits_mech.chain.simulate import Simulation, simulate
 from sits_mech.disk_cache import nothing_kept
@@ -60,7 +60,7 @@ class LadderStep:
 
 def ladder(
     sensor: Sensor, wrench: Wrench, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress = untold, each: Callable[[LadderStep, int], None] = lambda *_: None,
+    progress: Progress = no_progress, each: Callable[[LadderStep, int], None] = lambda *_: None,
 ) -> list[LadderStep]:
     """Solve a load, not zero, at every tolerance from 0.1 down to a tenth of the asked one.
 

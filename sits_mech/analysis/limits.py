@@ -31,7 +31,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from sits_mech.analysis.readings.bench import table_poses
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.models import mechanical_model
 from sits_mech.chain.propagation import unloaded_pose
 from sits_mech.geometry.collision import clearance, room
@@ -111,7 +111,7 @@ def _largest(values: Iterable[float]) -> float:
     return float(np.fmax.reduce([np.nan, *values]))
 
 
-def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress = untold) -> Limits:
+def with_capacity(limits: Limits, sensor: Sensor, data: xr.Dataset, progress: Progress = no_progress) -> Limits:
     """Return limits with the largest multiples of the table's corner loads that a pad carries."""
     request = request_of(data)
     name = request["mechanics"] if request["mechanics"] in ("block", "planar", "axisymmetric") else "block"

@@ -107,8 +107,8 @@ def spectrum(sensor: Sensor, model: MagneticModel, pose: Pose, frequencies: Sequ
     --------
     >>> sensor = sm.load_sensor("biorob2018")
     >>> model, _ = sm.magnetic_model(sensor, "planar")
-    >>> found = sm.spectrum(sensor, model, sm.Pose(0.0, 2e-3), [1e4, 1e6])
-    >>> found["R"].sel(coil="C1", coil_2="C1").values.round(2).tolist()  # ohm/m
+    >>> result = sm.spectrum(sensor, model, sm.Pose(0.0, 2e-3), [1e4, 1e6])
+    >>> result["R"].sel(coil="C1", coil_2="C1").values.round(2).tolist()  # ohm/m
     [0.29, 9.34]
     """
     import xarray as xr

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import norm, qmc, sobol_indices
 
 from sits_mech.analysis.readings.bench import sensor_calibration
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.models import loaded_model, mechanical_model
 from sits_mech.geometry.collision import Collision
 from sits_mech.maps.surrogate import SmoothMap, fit_map
@@ -134,7 +134,7 @@ class ForceSpread:
 
 def force_spread(
     sensor: Sensor, data: xr.Dataset, deviations: Mapping[str, float], loads: Sequence[Sequence[float]], *,
-    samples: int = 64, progress: Progress = untold,
+    samples: int = 64, progress: Progress = no_progress,
 ) -> ForceSpread:
     """Return the errors of forces by tolerances at some loads.
 

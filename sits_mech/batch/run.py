@@ -20,7 +20,7 @@ from sits_mech.batch.adaptive import adaptively
 from sits_mech.batch.requests import Variant, with_quality
 from sits_mech.batch.studies.asked import Study
 from sits_mech.batch.tables import SWEPT, case_calibration
-from sits_mech.cases import Progress, attempt, grid_points, solve_cases, untold
+from sits_mech.cases import Progress, attempt, grid_points, no_progress, solve_cases
 from sits_mech.labels import labelled
 from sits_mech.quantities import LOAD_ARGUMENTS
 from sits_mech.readout.loads import point
@@ -66,7 +66,7 @@ def keys(study: Study) -> Callable[[Row], str]:
 
 
 def run_study(
-    study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress = untold
+    study: Study, folder: Path, *, executor: Executor | None = None, progress: Progress = no_progress
 ) -> xr.Dataset:
     """Run what a study has not yet run, keep cases in ``cases.sqlite`` of the folder, write its table ``result.nc``.
 

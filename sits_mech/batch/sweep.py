@@ -71,7 +71,7 @@ class _Options(TypedDict, total=False):
 def sweep(
     function: Callable[..., Mapping[str, Any]] | str | Path, grid: Mapping[str, Sequence[Any]] | None = None, *,
     executor: Executor | Client | None = None, folder: str | Path | None = None,
-    progress: cases.Progress = cases.untold, **options: Unpack[_Options],
+    progress: cases.Progress = cases.no_progress, **options: Unpack[_Options],
 ) -> xr.Dataset:
     """Call a function at every point of a grid, or run the cases of a study file.
 

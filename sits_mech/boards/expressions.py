@@ -162,7 +162,7 @@ def three_points(node: Node, where: str) -> Array:
 
 
 def is_filled(node: Node) -> bool:
-    """Tell whether a drawn polygon is filled, as it is where nothing is said."""
+    """Return whether a drawn polygon is filled, as it is by default."""
     return "none" not in (entries := texts(node, "fill")) and "no" not in entries
 
 

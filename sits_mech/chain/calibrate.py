@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sits_mech.arguments import checked_arguments
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.columns import Columns, of_readings, of_rests, over_grid
 from sits_mech.chain.derivatives.gradient import SlopedModel, scene_numbers
 from sits_mech.chain.derivatives.gradient_grid import WithSlopes
@@ -51,7 +51,7 @@ Loads = float | Sequence[float]
 def calibrate(
     sensor: Sensor, *, F_x: Loads = 0.0, F_z: Loads = 0.0, M: Loads = 0.0, F_y: Loads = 0.0, M_x: Loads = 0.0,
     M_z: Loads = 0.0, touch_x: Loads | None = None, touch_y: Loads | None = None, tolerance: float = 1e-2,
-    mechanics: str = "auto", magnetics: str = "auto", progress: Progress = untold, folder: Path | None = None,
+    mechanics: str = "auto", magnetics: str = "auto", progress: Progress = no_progress, folder: Path | None = None,
     drift: bool = False, best: bool = True,
 ) -> xr.Dataset:
     """Return what the sensor shows over a grid of loads.
@@ -66,7 +66,7 @@ def calibrate(
     touch_x, touch_y : float or sequence of float, optional
         Where the scene's touch presses on the target at rest, in place of its own `x` and `y` [m].
     tolerance : float
-        Asked error of the signals, over the largest range that any of them has.
+        Requested error of the signals, over the largest range that any of them has.
     mechanics, magnetics
         As for `simulate`; one model answers all loads.
     progress : callable, optional

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.corrections import comparable, corrected_loads, mild_load
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.plans.prices import COMPARED, FOURTH, MANY_ON_THREE
@@ -60,7 +60,7 @@ class LayerGrid:
     symmetry: Symmetry
     tolerance: float
     keep: tuple[Path | None, str] = (None, "")  # as of `settle`
-    progress: Progress = untold
+    progress: Progress = no_progress
     listed: tuple[Wrench, ...] = ()  # loads in place of a grid's, each of which is solved
 
     @cached_property

@@ -249,9 +249,9 @@ def mechanical_model(
     name : str
         "auto" or a key of `MECHANICS`.
     tolerance : float
-        Asked relative error of the pose.
+        Requested relative error of the pose.
     loads : sequence of Wrench
-        All it will be asked for, where that is known: small ones need less.
+        All loads to be solved, where they are known: small ones need less.
 
     Raises
     ------
@@ -261,8 +261,8 @@ def mechanical_model(
     Examples
     --------
     >>> model, choice = sm.mechanical_model(sm.load_sensor("biorob2018"), "linear")
-    >>> found = model.equilibrium(sm.Wrench(F_z=0.1))
-    >>> choice.name, round(1e6 * found.pose.d_v)  # um
+    >>> result = model.equilibrium(sm.Wrench(F_z=0.1))
+    >>> choice.name, round(1e6 * result.pose.d_v)  # um
     ('linear', 1988)
     """
     sensor = at_temperature(sensor)
@@ -292,8 +292,8 @@ def magnetic_model(
     Examples
     --------
     >>> model, choice = sm.magnetic_model(sm.load_sensor("biorob2018"), "planar")
-    >>> found = model.impedance(sm.Pose(d_h=1e-3, d_v=2e-3), 5e6)
-    >>> choice.name, (found.L / found.L0).diagonal().round(2).tolist()
+    >>> result = model.impedance(sm.Pose(d_h=1e-3, d_v=2e-3), 5e6)
+    >>> choice.name, (result.L / result.L0).diagonal().round(2).tolist()
     ('planar', [0.99, 0.93])
     """
     sensor = at_temperature(sensor)

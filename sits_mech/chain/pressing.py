@@ -56,7 +56,7 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
     sensor : Sensor
         With a touch that has a force or a depth.
     tolerance : float
-        Asked relative error of the pose under the force that is found.
+        Requested relative error of the pose under the force of the touch.
     mechanics : str
         Name of the model.
     rough : bool
@@ -70,8 +70,8 @@ def touch_load(sensor: Sensor, *, tolerance: float = 1e-2, mechanics: str = "aut
     Examples
     --------
     >>> touch = 'touch={shape="sphere", radius="10 mm", depth="0.1 mm"}'
-    >>> found = sm.touch_load(sm.load_sensor("biorob2018-w15", [touch]), mechanics="linear", tolerance=0.1)
-    >>> round(found.wrench.F_z, 2), round(found.found.error_F_z, 2)
+    >>> result = sm.touch_load(sm.load_sensor("biorob2018-w15", [touch]), mechanics="linear", tolerance=0.1)
+    >>> round(result.wrench.F_z, 2), round(result.found.error_F_z, 2)
     (2.02, 0.23)
     """
     touch = sensor.touch

@@ -78,7 +78,7 @@ def simulate(
     wrench : Wrench or TouchLoad
         The load [N, N m], or that of the scene's touch as `touch_load` finds it, whose error counts.
     tolerance : float
-        Asked error of the signals, over the largest change that any of them shows from rest to the load.
+        Requested error of the signals, over the largest change that any of them shows from rest to the load.
     mechanics, magnetics : str
         Names of the models.
     via : sequence of Wrench
@@ -104,10 +104,10 @@ def simulate(
     Examples
     --------
     >>> sensor = sm.load_sensor("biorob2018")
-    >>> found = sm.simulate(sensor, sm.Wrench(F_x=0.2), mechanics="linear", magnetics="planar", tolerance=0.1)
-    >>> round(1e6 * found.equilibrium.pose.d_h)  # um
+    >>> result = sm.simulate(sensor, sm.Wrench(F_x=0.2), mechanics="linear", magnetics="planar", tolerance=0.1)
+    >>> round(1e6 * result.equilibrium.pose.d_h)  # um
     241
-    >>> round(found.signals.known["dL_x"], 2)  # % of L0
+    >>> round(result.signals.known["dL_x"], 2)  # % of L0
     1.45
     """
     check_frequency(sensor.coils, sensor.frequency)  # before the layer is solved

@@ -25,7 +25,7 @@ QUIET = ContextVar("QUIET", default=False)
 """Whether notes and progress stay away; answers and errors are printed."""
 _ROOT = "sits_mech"  # of all loggers
 _EVERY = 2.0  # seconds between lines on how far a load is
-_LONG = 10.0  # seconds that a step is to take from which on it is said beforehand: as long as one waits without a sign
+_LONG = 10.0  # seconds that a step is to take from which on it is printed before: as long as one waits without a sign
 
 
 def not_converged(error: SolveFailed, as_json: bool, *, whole: bool) -> int:

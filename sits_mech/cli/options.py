@@ -315,7 +315,7 @@ def si_of(text: str | None, unit: str, option: str) -> float | None:
 
 
 def sensor_of(scene: str, overrides: Overrides, temperature: str | None = None) -> Sensor:
-    """Return the scene a command is about, at one temperature; what is implausible is said on stderr, or refused."""
+    """Return the scene a command is about, at one temperature; what is implausible is noted on stderr, or refused."""
     return sensors_of(scene, overrides, temperature, one=True)[0]
 
 
@@ -359,7 +359,7 @@ def check_readable(path: Path, what: str) -> None:
 
 
 def pose_of(place: Place, overrides: Overrides) -> Pose:
-    """Return the pose a command is about; what is implausible in it is said on stderr, or refused."""
+    """Return the pose a command is about; what is implausible in it is noted on stderr, or refused."""
     from sits_mech.scene.plausible import is_bare, slips_of_pose
 
     lengths = (("dv", place.dv), ("dh", place.dh), ("dy", place.dy))

@@ -99,8 +99,8 @@ def adapt(
     >>> rows = ["F_x [N], F_z [N], L1 [H], L2 [H]", *(", ".join(map(str, [*F, *l])) for F, l in zip(loads, L))]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = (Path(folder) / "bench.csv").write_text("\\n".join(rows))
-    ...     found = sm.adapt((sensor, data), Path(folder) / "bench.csv", free=["modulus", "gap = 0 +- 0.1 mm"])
-    >>> found.names[:2], bool(abs(found.values[0] - 1.0) < 0.1)
+    ...     result = sm.adapt((sensor, data), Path(folder) / "bench.csv", free=["modulus", "gap = 0 +- 0.1 mm"])
+    >>> result.names[:2], bool(abs(result.values[0] - 1.0) < 0.1)
     (('modulus', 'gap'), True)
     """
     sensor, data = _opened(calibration)
@@ -204,8 +204,8 @@ def invert(
     --------
     >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
     >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
-    >>> found = sm.invert((sensor, data), sm.terminal_calibration(sensor, data).forward(F_x=0.1, F_z=0.4))
-    >>> found.forces.round(3).tolist(), bool((found.error > 0.0).all())
+    >>> result = sm.invert((sensor, data), sm.terminal_calibration(sensor, data).forward(F_x=0.1, F_z=0.4))
+    >>> result.forces.round(3).tolist(), bool((result.error > 0.0).all())
     ([0.1, 0.4], True)
     """
     sensor, data = _opened(calibration)
@@ -222,7 +222,7 @@ def compare(
     calibration: Calibrated, measured: str | Path, *, free: Sequence[str] = (), noise: float | None = None,
     magnetics: str = "auto", clock: float | None = None, idle: Idle | None = None,
 ) -> Comparison:
-    """Return a measurement beside the model, and the parameters that fit it best: as ``sits-mech compare``.
+    """Return a measurement with what the model predicts, and the parameters that fit it best: as ``sits-mech compare``.
 
     Parameters
     ----------
@@ -251,8 +251,8 @@ def compare(
     >>> rows = "d_v [mm], L1 [uH], L2 [uH]", "2, 2.35, 2.35", "2.5, 2.43, 2.43", "3, 2.48, 2.48", "4, 2.55, 2.55"
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     _ = (Path(folder) / "bench.csv").write_text("\\n".join(rows))
-    ...     found = sm.compare("biorob2018", Path(folder) / "bench.csv", free=["gap"], magnetics="planar")
-    >>> found.fit.names, found.predicted.shape
+    ...     result = sm.compare("biorob2018", Path(folder) / "bench.csv", free=["gap"], magnetics="planar")
+    >>> result.fit.names, result.predicted.shape
     (('gap',), (4, 2))
     """
     alone = isinstance(calibration, str | Path) and not Path(calibration).is_dir()
@@ -289,8 +289,8 @@ def quality(
     --------
     >>> sensor, models = sm.load_sensor("biorob2018"), {"mechanics": "linear", "magnetics": "planar", "tolerance": 0.1}
     >>> data = sm.calibrate(sensor, F_x=[-0.2, 0.0, 0.2], F_z=[0.0, 0.5, 1.0], **models)
-    >>> found = sm.quality((sensor, data), noise=1e-11)
-    >>> found.forces, found.full_scale.tolist()
+    >>> result = sm.quality((sensor, data), noise=1e-11)
+    >>> result.forces, result.full_scale.tolist()
     (('F_x', 'F_z'), [[-0.2, 0.2], [0.0, 1.0]])
     """
     sensor, data = _opened(calibration)

@@ -164,8 +164,8 @@ def slopes(
     --------
     >>> sensor = sm.load_sensor("biorob2018")
     >>> model, _ = sm.magnetic_model(sensor, "planar")
-    >>> found = sm.slopes(sensor, model, sm.Pose(0.0, 2e-3), 5e6, components=["d_v"])
-    >>> found.L.shape, round(float(found.L[0, 0, 0]), 4)  # H/m a metre
+    >>> result = sm.slopes(sensor, model, sm.Pose(0.0, 2e-3), 5e6, components=["d_v"])
+    >>> result.L.shape, round(float(result.L[0, 0, 0]), 4)  # H/m a metre
     ((2, 2, 1), 0.0125)
     """
     for name in components:

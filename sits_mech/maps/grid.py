@@ -6,7 +6,7 @@ polynomials through its points (of more than six splines of degree five without 
 
     f = sum over the solved blocks nu of D_nu,     D_nu = sum_{e in {0, 1}^d} (-1)^|e| U_{nu - e}      (Smolyak 1963)
 
-which goes through every solved point. Which blocks is told by their sizes S_nu = max |D_nu| over their points, that is
+which goes through every solved point. Blocks are chosen by their sizes S_nu = max |D_nu| over their points, that is
 by how far the map before missed them (Gerstner & Griebel 2003). A block that is not solved, but a neighbour below it
 is, is expected to have a quarter of the largest of theirs, for each output; the error of the map is the root of the sum
 of the squares of all those, and the largest, with all below it, is solved next until the error is small enough. It need

@@ -29,49 +29,30 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
-from sits_mech.mechanics.element.prolongation import Prolongation, along_family
+from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
 from sits_mech.mechanics.equilibrium.control import Control, Controlled
+from sits_mech.mechanics.foil.bent import Bending
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
-from sits_mech.mechanics.levels.family import EARLY, Bends, Levels, Line, cache_changes, contact_depth, of_one_pad
+from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
-from sits_mech.mechanics.levels.settle import finished, settled
-from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses
-from sits_mech.mechanics.pad.solid import (
-    Solid,
-    bonded_block,
-    ignored_edge,
-    mirrored,
-    moved_block,
-    pad_parts,
-    pad_scales,
-    pad_shape,
-)
-from sits_mech.mechanics.pad.stack import PRESSED
-from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
+from sits_mech.mechanics.levels.settle import last_equilibrium, path_failure
+from sits_mech.mechanics.pad.families import meshes_in_line
+from sits_mech.mechanics.pad.solid import ignored_edge, mirrored, pad_parts, pad_scales
+from sits_mech.mechanics.pad.user import mesh_notes
 from sits_mech.quantities import Array, Equilibrium
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread, single_thread
 from sits_mech.units import checked_tolerance
 
-FINENESS = ((1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (6, 1))
-"""Parts of a base cell and further layers at edges, by level."""
-_GUARDS = (0.0, 5.0)  # on J, in the order they are tried
-_RESTED = 4  # levels for a load at finite strain; finer ones take minutes a load
-_INSIDE = 3.0  # order away from the edges: of elements 4, seen of pressures on m = 1 to 4 in films and under discs
-_SHARE = 0.25  # least error of a component over the worst one's: the tilt of a load near its P-Delta limit
-_OPENS = 50.0  # times (sink/t)**2: what edges that a press opens add beyond their power, and as its error (family.py)
-_WITHIN = 1.0  # times what two levels add sideways where the target's edge is within the face (family.py)
-_LEAST = 0.03  # least edge's term on two levels, over the displacement: its parts may cancel (family.py)
 _ROUGH = 1.0  # tolerance of the rough model: so large that it never notes a missed one
 
 
@@ -84,7 +65,7 @@ class BlockPad(Controlled):
     unrestricted: BlockPad | None = None  # of a restricted model the one with all meshes
     deepest: int = 99  # most levels
     goal: Array | None = field(default=None, compare=False)  # (s, 6), derivatives of what is asked by the pose
-    bends: Bends | None = field(default=None, compare=False)
+    bends: Bending | None = field(default=None, compare=False)
 
     @cached_property
     def half(self) -> Line:
@@ -102,7 +83,7 @@ class BlockPad(Controlled):
 
     def _like(self, line: Line) -> Line:
         """Return a line of meshes with this model's tolerance and goal."""
-        return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal, bends=self.bends)
+        return replace(line, deepest=self.deepest, asked=self.tolerance, goal=self.goal)
 
     @cached_property
     def rough(self) -> BlockPad:
@@ -113,7 +94,7 @@ class BlockPad(Controlled):
         """Return the model on the same meshes, refined to a goal; see `RefinedModel`."""
         return replace(self, unrestricted=self, goal=goal, tolerance=tolerance, deepest=deepest)
 
-    def bending(self, bends: Bends) -> BlockPad:
+    def bending(self, bends: Bending) -> BlockPad:
         """Return the model of a target that bends."""
         return replace(self, unrestricted=self, bends=bends)
 
@@ -130,21 +111,24 @@ class BlockPad(Controlled):
         with single_thread():
             line = self.whole if out_of_plane else self.half
             if out_of_plane and not depends_on_path(self.sensor) and not self._is_whole(start):
-                solved = settled(self.half, start, [control.in_plane])
+                solved = last_equilibrium(self.half, start, [control.in_plane])
                 if solved.part == 1.0:
-                    solved = settled(line, of_both_halves(self, solved.found), controls)
+                    solved = last_equilibrium(line, of_both_halves(self, solved.found), controls)
             else:
-                solved = settled(line, start, controls)
+                solved = last_equilibrium(line, start, controls)
         notes = (*solved.found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
         solved = solved._replace(found=replace(solved.found, report=report))
-        return finished(line, control, solved, "pad", self.tolerance if self.goal is None else None)
+        if solved.part < 1.0:
+            raise path_failure(control, solved, "pad")
+        found = solved.found if self.bends is None else self.bends.bent(line, control, solved.found)
+        return found if self.goal is not None else replace(found, report=found.report.judged(self.tolerance))
 
     @one_thread
-    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+    def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         began, whole = time.process_time(), bool(history.farthest.out_of_plane)
-        found = motion_in_time(self.whole if whole else self.half, history, tell)
+        found = motion_in_time(self.whole if whole else self.half, history, progress)
         notes = (*found.report.notes, *ignored_edge(self.sensor), *mesh_notes(self.sensor))
         report = replace(found.report, model="block", seconds=time.process_time() - began, notes=notes)
         return replace(found, report=report)
@@ -179,82 +163,6 @@ def block_pad(sensor: Sensor, tolerance: float = 2e-2) -> BlockPad:
     levels.check_memory(0)
     _ = levels.coarse  # refuses a pad that has no mesh
     return pad
-
-
-def meshes_in_line(sensor: Sensor, tolerance: float, *, whole: bool) -> Line:
-    """Return the families of meshes of a pad in the order they are tried.
-
-    Raise ValueError for half a user's mesh where the whole pad is asked for.
-    """
-    target, elastomer = pad_parts(sensor)
-    depths = {"never": (0.0,), "always": (PRESSED,), "auto": (0.0, PRESSED)}[elastomer.contact]
-    if elastomer.mesh is not None:
-        families, share = [partial(meshed_family, sensor, guard, _SHARE) for guard in _GUARDS], meshed_share(sensor)
-        if whole and share < 1.0:
-            raise ValueError(f"{elastomer.mesh}: must be of the whole pad under F_y, M_x or M_z; got half of it")
-    else:
-        families, share = [partial(_family, sensor, guard, whole) for guard in _GUARDS], 1.0 if whole else 0.5
-    makers = [partial(family, depth) for depth in depths for family in families]
-    return Line(sensor, pad_scales(sensor, share), makers, tolerance)
-
-
-def pad_family(sensor: Sensor, *, whole: bool = False) -> tuple[Levels, float]:
-    """Return the first family of meshes, without contact, of half a pad, or all; or a user's mesh; and its share."""
-    _, elastomer = pad_parts(sensor)
-    if elastomer.mesh is not None:
-        return meshed_family(sensor, 0.0, _SHARE), meshed_share(sensor)
-    return _family(sensor, 0.0, whole, 0.0), 1.0 if whole else 0.5
-
-
-@of_one_pad
-def _family(sensor: Sensor, guard: float, whole: bool, depth: float) -> Levels:
-    """Make a family with or without a guard; coarser meshes have a larger contact depth."""
-    shape = pad_shape(sensor)
-    chosen = [each for each in FINENESS if not (each[1] and crosses(shape))]
-    sizes, _ = zip(*chosen, strict=True)
-
-    def made_of(scene: Sensor, level: int) -> Solid:
-        """Make a level of a scene."""
-        parts, more = chosen[level]
-        own = contact_depth(depth, sizes, level)
-        pressed = contact_depth(PRESSED, sizes, level)
-        return bonded_block(scene, parts, GRADING, guard, own, whole=whole, layers=more, pressed=pressed)
-
-    made = cache(partial(made_of, sensor))
-
-    @cache
-    def carrier(level: int) -> Prolongation | None:
-        """Carry states from the level before."""
-        coarse, fine = made(level - 1), made(level)
-        if coarse.division is None or fine.division is None:
-            return None
-        return along_family(coarse.body.mesh, fine.body.mesh, (coarse.division, fine.division))
-
-    def changed(other: Sensor, level: int) -> Bonded | None:
-        """Make a level of a changed scene."""
-        own, (parts, more) = made(level).body, chosen[level]
-        if not own.parts:
-            return moved_block(own, other, (parts, GRADING, more), guard)
-        body = made_of(other, level).body
-        return body if np.array_equal(body.mesh.cells, own.mesh.cells) else None
-
-    def cells(level: int) -> tuple[int, ...]:
-        """Return the cells along each axis."""
-        parts, more = chosen[level]
-        along, across, through = cells_of(shape, parts, GRADING, more)
-        return along, (2 if whole else 1) * across, through
-
-    sideways = EARLY if shape.flush or crosses(shape) else _WITHIN
-    return Levels(
-        terms_of(chosen, shape.exponent), cells, lambda level: made(level).body, carrier, _SHARE,
-        cache_changes(changed), _RESTED, _OPENS, sideways, _LEAST, shape.flush
-    )
-
-
-def terms_of(fineness: Sequence[tuple[int, int]], exponent: float) -> Array:
-    """Return the terms of levels at edges, by the displacements' exponent there, and away from them: `Levels.terms`."""
-    split, layers = np.array(fineness, dtype=float).T
-    return np.column_stack([(split * 2.0**layers) ** (-2.0 * GRADING * exponent), split**-_INSIDE])
 
 
 def solved_body(model: BlockPad, equilibrium: Equilibrium) -> Bonded:

@@ -24,7 +24,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.pad.section import layer_parts
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import WRENCH, Array, Equilibrium, Mask, MechanicalModel, Pose, SolveReport, Wrench
@@ -127,19 +127,19 @@ class Motion:
 class TimedModel(Protocol):
     """A mechanical model whose silicone has memory at every point."""
 
-    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+    def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:
         """Return the target's motion, reporting progress; raise SolveFailed where there is no equilibrium."""
         ...
 
 
-def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, tell: Progress = untold) -> Motion:
+def motion_of(sensor: Sensor, layer: MechanicalModel, history: LoadHistory, progress: Progress = no_progress) -> Motion:
     """Return a target's motion under a history of loads, reporting progress.
 
     Raise SceneError if the model cannot represent the silicone's softening, or hold places, SolveFailed without an
     equilibrium on the way.
     """
     if isinstance(layer, TimedModel):
-        return layer.in_time(history, tell)
+        return layer.in_time(history, progress)
     if history.held.any():
         raise SceneError("history: places need a model at finite strain, planar, axisymmetric or block")
     return _as_a_whole(sensor, layer, history)

@@ -30,16 +30,17 @@ from functools import partial
 
 import numpy as np
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.closed_form import coaxial_refusal
 from sits_mech.mechanics.element.kernel import deformation, most_stretched
 from sits_mech.mechanics.element.mesh import DeformedSection
 from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
+from sits_mech.mechanics.foil.bent import Bending
 from sits_mech.mechanics.histories import LoadHistory, Motion
-from sits_mech.mechanics.levels.family import Bends, Line
+from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
-from sits_mech.mechanics.levels.settle import finished, settled
+from sits_mech.mechanics.levels.settle import last_equilibrium, path_failure
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, section_families
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.quantities import Array, Equilibrium, Pose, refuse_out_of_plane
@@ -57,6 +58,7 @@ class PlanarLayer(Controlled):
     line: Line  # meshes in the order they are tried
     edges: Edges | None = None  # effect of `elastomer.edge_radius`; None for sharp edges
     axial: bool = False  # about an axis, else in plane strain
+    bends: Bending | None = None
 
     @property
     def name(self) -> str:
@@ -72,9 +74,9 @@ class PlanarLayer(Controlled):
         """Return the model refined to a goal: in the plane all meshes cost little."""
         return replace(self, tolerance=tolerance, line=replace(self.line, asked=tolerance, goal=goal))
 
-    def bending(self, bends: Bends) -> PlanarLayer:
+    def bending(self, bends: Bending) -> PlanarLayer:
         """Return the model of a target that bends, about an axis."""
-        return replace(self, line=replace(self.line, bends=bends))
+        return replace(self, bends=bends)
 
     def controlled(
         self, control: Control, *, start: Equilibrium | None = None, via: Sequence[Control] = ()
@@ -88,7 +90,7 @@ class PlanarLayer(Controlled):
         for each in controls:
             self._check(each)
         with single_thread():
-            solved = settled(self.line, start, controls)
+            solved = last_equilibrium(self.line, start, controls)
             found, notes = solved.found, solved.found.report.notes
             if self.axial:
                 found = replace(found, error=Pose(0.0, found.error.d_v, 0.0))
@@ -96,14 +98,18 @@ class PlanarLayer(Controlled):
                 notes += edge_notes(self.edges, self.line.scales.load(found.wrench)[:3], self.line.scales.thickness)
             report = replace(found.report, model=self.name, seconds=time.process_time() - began, notes=notes)
             solved = solved._replace(found=replace(found, report=report))
-            return finished(self.line, control, solved, "layer", self.tolerance if self.line.goal is None else None)
+            if solved.part < 1.0:
+                raise path_failure(control, solved, "layer")
+            found = solved.found if self.bends is None else self.bends.bent(self.line, control, solved.found)
+            judged = self.line.goal is None
+            return replace(found, report=found.report.judged(self.tolerance)) if judged else found
 
     @one_thread
-    def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:
+    def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:
         """Return the target's motion under a history of loads; see `TimedModel`."""
         self._check(under(history.farthest))
         began = time.process_time()
-        found = motion_in_time(self.line, history, tell)
+        found = motion_in_time(self.line, history, progress)
         report = replace(found.report, model=self.name, seconds=time.process_time() - began)
         return replace(found, report=report)
 

@@ -44,7 +44,6 @@ from typing import Any
 import numpy as np
 
 from sits_mech.disk_cache import kept
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.closed_form import finite_strain_model
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.equilibrium.control import Scales
@@ -53,7 +52,8 @@ from sits_mech.mechanics.equilibrium.newton import small_strain_compliance as un
 from sits_mech.mechanics.levels.answer import errors_of, law_notes, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, equilibrium_slopes
-from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.levels.refine import refined
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
 from sits_mech.mechanics.pad.solid import pad_parts, pad_scales
@@ -225,13 +225,10 @@ def _compliant(
 ) -> SmallStrain:
     """Return the model with as many levels as the tolerance asks for."""
     asked = checked_tolerance(tolerance)
-
-    def enough(found: list[tuple[Array, Array]]) -> bool:
-        """Whether the error of the compliance is as asked."""
+    for found in refined(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), len(levels)):
         limit = levels.limit([C[:3, :3].ravel() for C, _ in found])
-        return float(np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3)))) <= asked
-
-    found, _ = refine(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), enough, len(levels))
+        if np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))) <= asked:
+            break
     compliances, unloaded = (tuple(part) for part in zip(*((C[:3, :3], q[:3]) for C, q in found), strict=True))
     return SmallStrain(sensor, levels, scales, compliances, unloaded, edges)
 

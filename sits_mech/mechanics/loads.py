@@ -23,7 +23,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from sits_mech.cases import Progress, attempt, untold
+from sits_mech.cases import Progress, attempt, no_progress
 from sits_mech.mechanics.levels.family import PAIR
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.symmetry import Symmetry, image_of_rest, symmetrised
@@ -71,7 +71,7 @@ def settle(
     symmetry: Symmetry,
     keep: tuple[Path | None, str] = (None, ""),
     known: Mapping[Wrench, Settled] | None = None,
-    progress: Progress = untold,
+    progress: Progress = no_progress,
     begun: Mapping[Wrench, Settled] | None = None,
 ) -> dict[Wrench, Settled]:
     """Return what comes of every load, and of loads solved in place of their images.

@@ -324,7 +324,7 @@ def scene_table(sensor: Sensor) -> dict[str, Any]:
 
 
 def _drop_usual(table: dict[str, Any]) -> None:
-    """Leave out the keys of parts that need not be said: those with their usual values."""
+    """Leave out the keys of parts that need not be given: those with their usual values."""
     for part, usual in _UNSAID.items():
         own = table.get(part, {})
         for each in own if isinstance(own, tuple) else (own, *own.get("layers", ())):

@@ -88,8 +88,8 @@ def design(
     ...     "require": {"height": "4 mm"},
     ...     "goal": {"minimise": "feasible"},
     ... }
-    >>> found = sm.design(asked)
-    >>> found.feasible
+    >>> result = sm.design(asked)
+    >>> result.feasible
     True
     """
     check_most(most)

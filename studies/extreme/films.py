@@ -22,8 +22,9 @@ from extreme.rows import DONE, Row, measured
 from extreme.solids import shaped
 from scipy.special import ive
 
-from sits_mech.mechanics.block import block_pad, pad_family
+from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.memory import memory_of_box
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.quantities import SolveReport, Wrench
 from sits_mech.scene.sensor import Elastomer, Sensor, Target
 

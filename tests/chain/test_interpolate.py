@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sits_mech.cases import untold
+from sits_mech.cases import no_progress
 from sits_mech.chain.interpolate import LayerGrid, checked_values, loads_of, poses_on_grid, solved_likely, worst
 from sits_mech.chain.plans.goal import Goal
 from sits_mech.chain.propagation import levers
@@ -357,8 +357,8 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
         rests(poses_on_grid(LayerGrid(sensor, layer, SPACE, DISC, 1e-2, place, tell)))
         for layer, place, tell in (
             (second, keep, lambda done, of: seen.append((done, of))),
-            (third, keep, untold),
-            (Spring(), (None, ""), untold),
+            (third, keep, no_progress),
+            (Spring(), (None, ""), no_progress),
         )
     )
     assert not set(first.solved) & set(second.solved) and third.solved == []

@@ -10,9 +10,10 @@ from common.infinite_plate import Layer, coil_change
 from common.track_losses import track_spectrum
 
 from sits_mech.chain.models import MAGNETICS, Why, choose_magnetics, magnetic_model
-from sits_mech.description import Question, total
+from sits_mech.description import Description, Question, total
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.coils.loops import ring_inductance
+from sits_mech.magnetics.models import MODELS
 from sits_mech.magnetics.sheets import sheets
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Impedance, Pose, SolveReport
@@ -253,3 +254,11 @@ def test_an_omission_of_a_report_is_a_value() -> None:
     report = replace(SolveReport("any", 0, 0, 0.0, 0.0, 0.0), left_out=(Omission(K.AIR),))
     assert report.left_out == (Omission(K.AIR),) and report.left_out[0].half == "magnetics"
     assert Omission(K.PAD_ENDS, 1.0, Relative.DISPLACEMENT).half == "mechanics"
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_finer_rungs_take_more(model: Description) -> None:
+    """Down to any tolerance: unknowns, factorisations and seconds of an answer."""
+    rungs = np.array(model.rungs)
+    assert rungs[-1, 0] == 0.0 and np.all(np.diff(rungs[:, 0]) < 0.0) and np.all(np.diff(rungs[:, 1:3], axis=0) >= 0.0)
+    assert np.all(np.diff(rungs[:, 3] + rungs[:, 4]) > 0.0)

@@ -20,7 +20,7 @@ NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_mo
 
 def whole_equilibrium(sensor, wrench):
     """The rest of both halves, under a load in the plane y = 0, too."""
-    found, part = settle.settled(block_pad(sensor, 1e-2).whole, None, [under(wrench)])[:2]
+    found, part = settle.last_equilibrium(block_pad(sensor, 1e-2).whole, None, [under(wrench)])[:2]
     assert part == 1.0
     return found
 
@@ -199,7 +199,7 @@ def test_a_slender_pad_is_not_followed_beyond_its_critical_load():
     slender = load_sensor("biorob2018", [*square, 'elastomer.thickness="8 mm"', NEO_HOOKEAN])
     assert whole_equilibrium(slender, Wrench(F_z=0.07)).report.status == "converged"
     pad = block_pad(slender, 1e-2)
-    last, part, reason = settle.settled(pad.whole, None, [under(Wrench(F_z=0.09))])[:3]
+    last, part, reason = settle.last_equilibrium(pad.whole, None, [under(Wrench(F_z=0.09))])[:3]
     assert part < 1.0 and reason == "buckled" and last.wrench.F_z == pytest.approx(part * 0.09)
     np.testing.assert_allclose(last.pose.centre[:2], 0.0, atol=5e-6 * MM)
     assert 0.3 * MM < 8.0 * MM - last.pose.d_v < 0.4 * MM

@@ -1,16 +1,19 @@
 """Closed forms of a bonded strip: their limits, tabulated strips, and the layer model against them."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, tilt_modulus
+from sits_mech.mechanics.closed_form import compression_modulus, shear_stiffness, small_strain_bound, tilt_modulus
 from sits_mech.mechanics.equilibrium.newton import small_strain_compliance
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
+from sits_mech.silicone.material import silicone_from
 
 
 def strip(S, K, w=None):
@@ -123,3 +126,18 @@ def test_holding_moment_holds():
         M = -0.5 * (found.wrench.F_x * found.pose.d_v + found.wrench.F_z * found.pose.d_h)
     assert abs(found.pose.d_h) > 0.05
     assert abs(found.pose.alpha) < 1e-7
+
+
+def test_the_bound_of_small_strain_is_the_sum_of_each_displacements():
+    """Of either sign, none of them free: for a law of constant modulus; one that stiffens adds what it stiffens by."""
+    own = {"shear_modulus": 2e4, "bulk_modulus": 2e7}
+    plain = silicone_from({"law": "neo-hookean", **own})
+    stiffening = silicone_from({"law": "yeoh", "c10": 1e4, "c20": 1e3, "c30": 0.0, "bulk_modulus": 2e7})
+    bounds = [partial(small_strain_bound, each, (1e5, 1e5), uneven=0.4) for each in (plain, stiffening)]
+    moved = (0.02, 0.0, 0.0), (0.0, 0.03, 0.0), (0.0, 0.0, 0.01)
+    for bound in bounds:
+        assert bound(0.0, 0.0, 0.0) == pytest.approx(0.0, abs=1e-6)
+        assert bound(-0.02, 0.03, -0.01) == bound(0.02, -0.03, 0.01) == bound(0.02, 0.03, 0.01)
+    each = [bounds[0](*one) for one in moved]
+    assert min(each) > 1e-3 and bounds[0](0.02, 0.03, 0.01) == pytest.approx(sum(each), rel=1e-6)
+    assert all(bounds[1](*one) > alone for one, alone in zip(moved, each, strict=True))

@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import brentq
 
 from sits_mech.chain.models import MECHANICS, mechanical_model
-from sits_mech.description import Question, total
+from sits_mech.description import Description, Question, total
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.closed_form import HAIR, finite_strain_model
 from sits_mech.mechanics.linear import FiniteLength
-from sits_mech.mechanics.models import _factors_beforehand, _factors_closely, ends_of_pad, strain_bound
+from sits_mech.mechanics.models import MODELS, _factors_beforehand, _factors_closely, ends_of_pad, strain_bound
 from sits_mech.notes import Omission, OmissionKind, Relative
 from sits_mech.quantities import Pose, Wrench
 from sits_mech.scene.sensor import Sensor, load_sensor
@@ -345,3 +345,11 @@ def test_components_beside_the_plane_strain_the_pad_like_those_in_it() -> None:
     square = load_sensor("biorob2018", ['elastomer.length="8 mm"'])
     one, other = ([Wrench(F_y=0.3, M_x=-1e-3)], [Wrench(0.3, M=1e-3)])
     assert strain_bound(square, one) == pytest.approx(strain_bound(square, other))
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_finer_rungs_take_more(model: Description) -> None:
+    """Down to any tolerance: unknowns, factorisations and seconds of an answer."""
+    rungs = np.array(model.rungs)
+    assert rungs[-1, 0] == 0.0 and np.all(np.diff(rungs[:, 0]) < 0.0) and np.all(np.diff(rungs[:, 1:3], axis=0) >= 0.0)
+    assert np.all(np.diff(rungs[:, 3] + rungs[:, 4]) > 0.0)

@@ -138,7 +138,7 @@ def priors(sensor: Sensor, texts: Sequence[str]) -> tuple[PriorParameter, ...]:
 
 
 def _usual(sensor: Sensor, name: str) -> PriorParameter:
-    """Return what is known of an unknown that no user said anything of; keys of the scene have said it."""
+    """Return what is known of an unknown that no user stated; keys of the scene state it."""
     stated = _stated(sensor, name)
     if stated:
         return PriorParameter(name, float(name in _FACTORS), stated)

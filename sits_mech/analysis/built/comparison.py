@@ -26,7 +26,7 @@ from sits_mech.readout.loads import points, request_of, several, wrench_of
 from sits_mech.scene.sensor import SceneError, Sensor
 
 USUAL = ("modulus", "gap", "lead")
-"""What is fitted of a bench of loads unless it is said."""
+"""What is fitted of a bench of loads by default."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def compare(
     sensor: Sensor, data: xr.Dataset | None, measured: Measured, free: Sequence[str] = USUAL, *,
     noise: float | None = None, magnetics: str = "auto", tolerance: float = 1e-3,
 ) -> Comparison:
-    """Return a measurement beside the model, and the parameters that bring them together.
+    """Return a measurement with what the model predicts, and the parameters that bring them together.
 
     `data` is from `calibrate` and reaches as far as the measured loads over the modulus to be found, or nearly; None
     for measured poses. `free` are names of `setup` or keys of the scene with what is known: ``"gap = 0 +- 0.3 mm"``; it

@@ -9,7 +9,7 @@ forces of the table, each over its range, from Q = s 1 and each coil's own strai
 
     dF = Q A dx + dq + dQ f,    A = (W x_f)^+ W,    W = 1/noise.
 
-What they leave is said (`left`): of 16 sensors with gap, offset and tilt by `unknowns.USUAL` 0.1 to 0.7 % of the range
+What they leave is `left`: of 16 sensors with gap, offset and tilt by `unknowns.USUAL` 0.1 to 0.7 % of the range
 on 90 % of loads (`biorob2018-w15`; one that is softer by 28 % and turned 1.1 %), where a tare leaves 7 to 42 %.
 """
 

@@ -21,7 +21,7 @@ from sits_mech.units import quantity, shown
 _LOTS, _UNITS = 100, 40  # for a yield to one percent
 _READ = {0: "tared", 1: "and 1 load"}
 MOST = 0.9
-"""Share of units, and of each one's loads, that an error is said of."""
+"""Share of units, and of each one's loads, that an error covers."""
 
 
 class Delivered(NamedTuple):

@@ -20,7 +20,7 @@ from sits_mech.analysis.bench.load_plan import SOFTER
 from sits_mech.analysis.built.fit import EndReached
 from sits_mech.analysis.built.prior import Prior
 from sits_mech.analysis.envelope import borne_share
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.calibrate import calibrate
 from sits_mech.notes import NoteKind, unpacked
 from sits_mech.quantities import Array, Wrench
@@ -30,7 +30,7 @@ from sits_mech.units import SLACK
 
 
 def grown(
-    prior: Prior, forces: Array, end: EndReached, folder: Path | None = None, *, progress: Progress = untold
+    prior: Prior, forces: Array, end: EndReached, folder: Path | None = None, *, progress: Progress = no_progress
 ) -> xr.Dataset:
     """Return the table of a calibration with more loads, for forces (m, d) at which a fit came to an `end`.
 

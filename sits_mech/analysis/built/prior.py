@@ -40,7 +40,7 @@ biorob2018-w15, 0.24, 0.46, 0.11 of triaxial-4."""
 OWN = 0.2
 """Of what loads do not share of a pose's errors: what one factor for all of them leaves, two deviations. Of alpha of
 biorob2018-w15 at F_x 0.25 N, tolerance 0.03, the true errors beside 0.003 are 0.44 +- 0.10 of it."""
-_LOAD = 1e-3  # of the largest force of the table, each: noise of a load, unless it is said
+_LOAD = 1e-3  # of the largest force of the table, each: noise of a load, unless it is given
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from sits_mech.analysis.built.fit import Free
 from sits_mech.analysis.built.mistakes import STRANGE
 from sits_mech.analysis.built.prior import Prior, inverted, root_of
 from sits_mech.analysis.readings.measured import Measured
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.quantities import Array
 from sits_mech.scene.sensor import SceneError
 
@@ -83,7 +83,7 @@ def _over(prior: Prior) -> Array:
 
 
 def produced(
-    prior: Prior, units: Mapping[str, Measured], within: Mapping[str, float], *, progress: Progress = untold,
+    prior: Prior, units: Mapping[str, Measured], within: Mapping[str, float], *, progress: Progress = no_progress,
     **noises: Any,
 ) -> Production:
     """Return what readings of units tell of their production, and each unit with the help of the others.

@@ -14,7 +14,7 @@ import xarray as xr
 
 from sits_mech.analysis.cycle import Programme, loop_widths
 from sits_mech.analysis.histories.response import in_time
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.labels import labelled
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.quantities import POSE, Wrench
@@ -26,7 +26,7 @@ from sits_mech.status import joined, marked
 
 def full_cycle(
     sensor: Sensor, peak: Wrench, programme: Programme, *, tolerance: float = 1e-2, mechanics: str = "auto",
-    magnetics: str = "auto", progress: Progress = untold,
+    magnetics: str = "auto", progress: Progress = no_progress,
 ) -> xr.Dataset:
     """Return pose, inductance and signals under a load cycle, by the memory of every point.
 

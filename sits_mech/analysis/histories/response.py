@@ -26,7 +26,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from sits_mech.analysis.histories.interpolant import Interpolant, foreseen, more_times
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.chain.interpolate import BETWEEN, LayerGrid
 from sits_mech.chain.models import Choice, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import mechanical_omissions, omitted_parts
@@ -63,7 +63,7 @@ _LEAST = 0.1  # of the tolerance: what interpolation is given where solved times
 
 def in_time(
     sensor: Sensor, history: LoadHistory, *, tolerance: float = 1e-2, mechanics: str = "auto", magnetics: str = "auto",
-    progress: Progress = untold, points: bool = False,
+    progress: Progress = no_progress, points: bool = False,
 ) -> xr.Dataset:
     """Return poses, inductances and signals under a history of loads, as a Dataset over time.
 

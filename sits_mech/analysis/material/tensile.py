@@ -13,7 +13,7 @@ falls by half of its range from row to row). Sizes of a specimen are asked for, 
 Each is kept up to its largest stress, that is without break and unloading, and with rising strain. Where the file shows
 a slack specimen (at least `_LEAST` of strain without stress first) its zero is where the stress
 begins: the parabola e(s) through the stresses up to a fifth of that at 100 % strain, at s = 0 (as the toe compensation
-of ASTM D638 with the tangent's curvature). Where it shows stress at no strain that parabola begins before: it is said.
+of ASTM D638 with the tangent's curvature). Where it shows stress at no strain that parabola begins before, with a note.
 
 A test over time is a uniaxial one, tension or compression (negative), with a time; nothing of it is left out.
 """

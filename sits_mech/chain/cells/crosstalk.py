@@ -158,7 +158,7 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     cells : Cells
         From `load_cells`.
     tolerance : float
-        Asked relative error of how far a force moves its own target, and of what coils see of it; of figures [N/N].
+        Requested relative error of how far a force moves its own target, and of what coils see of it; of figures [N/N].
     load : float
         Press for which `finite_strain` is given [N].
 
@@ -176,8 +176,8 @@ def cell_crosstalk(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> 
     >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
     >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
     ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
-    >>> found = sm.cell_crosstalk(sm.load_cells("biorob2018", [f"targets={places}", *one]), tolerance=0.1)
-    >>> found.reads, round(float(found.total[0, 0, 1, 0]), 2)  # B pressed, A reads
+    >>> result = sm.cell_crosstalk(sm.load_cells("biorob2018", [f"targets={places}", *one]), tolerance=0.1)
+    >>> result.reads, round(float(result.total[0, 0, 1, 0]), 2)  # B pressed, A reads
     (('F_z',), -0.05)
     """
     return crosstalk_by(cells, tolerance, load)[0]
@@ -235,8 +235,8 @@ def cell_touch(cells: Cells, tolerance: float = 1e-2, force: float | None = None
     >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
     ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
     >>> touch = 'touch={shape="pressure", width="4 mm", length="4 mm", x="3 mm", force="0.1 N"}'
-    >>> found = sm.cell_touch(sm.load_cells("biorob2018", [f"targets={places}", *one, touch]), tolerance=0.1)
-    >>> found.reads, found.read[:, 0].round(3).tolist()
+    >>> result = sm.cell_touch(sm.load_cells("biorob2018", [f"targets={places}", *one, touch]), tolerance=0.1)
+    >>> result.reads, result.read[:, 0].round(3).tolist()
     (('F_z',), [-0.01, 0.093])
     """
     check_force(cells.touched, "[[targets]]")

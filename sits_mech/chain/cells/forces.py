@@ -139,8 +139,8 @@ def cell_forces(cells: Cells, tolerance: float = 1e-2, load: float = 1.0) -> Cel
     >>> places = '[{name="A", centre=["-5 mm", "0 mm"]}, {name="B", centre=["5 mm", "0 mm"]}]'
     >>> one = ['coils=[{name="C1", centre=[0, 0], turns=5, layers=2, inner_diameter="1 mm", track_width="0.1 mm", '
     ...        'track_gap="0.1 mm", track_thickness="35 um", layer_pitch="85 um"}]']
-    >>> found = sm.cell_forces(sm.load_cells("biorob2018", [f"targets={places}", *one]), tolerance=0.1)
-    >>> force, error = found.forces(np.array([[0.0], [1.0]]))  # A reads none, B 1 N
+    >>> result = sm.cell_forces(sm.load_cells("biorob2018", [f"targets={places}", *one]), tolerance=0.1)
+    >>> force, error = result.forces(np.array([[0.0], [1.0]]))  # A reads none, B 1 N
     >>> force[:, 0].round(2).tolist()
     [0.04, 0.95]
     """

@@ -65,7 +65,7 @@ def at_fixed_poses(
     for own in lengths:
         if place_of(numbers[own]).coils != numbers[own].scene.coils:
             found.L0[:, own] = _free(numbers[own], name, tolerance)
-    own_f = _by_f(field, rows, f, causes)
+    own_f = by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
     for own, cause in enumerate(causes):
         if cause == "frequency":
             found.L[..., own], found.R[..., own] = own_f
@@ -75,11 +75,6 @@ def at_fixed_poses(
             found.L[..., own], found.R[..., own] = grown * f * own_f[0], grown * (f * own_f[1] - R)
             found.L0[:, own] = grown * f * free_by_frequency(field, f)
     return found
-
-
-def _by_f(field: MagneticModel, rows: Array, f: float, causes: Sequence[str]) -> list[Array]:
-    """Return derivatives by the frequency, where some causes need them."""
-    return by_frequency(field, rows, f) if {"frequency", "metal"} & {*causes} else []
 
 
 def _cause(number: Parameter, field: MagneticModel) -> str:

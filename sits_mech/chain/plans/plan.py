@@ -19,8 +19,8 @@ from sits_mech.chain.models import (
 )
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.aimed import aimed_mechanics
-from sits_mech.chain.plans.goal import HALF, Goal, goal_of
-from sits_mech.chain.plans.prices import Expected, LoadForecast, expected_for, forecast_load, forecast_touch
+from sits_mech.chain.plans.goal import HALF, goal_of
+from sits_mech.chain.plans.prices import LoadForecast, Prediction, first_rest, forecast_load, forecast_touch, predicted
 from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.rests import check_way
 from sits_mech.description import Description, Question, sized
@@ -36,7 +36,7 @@ from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
 
 POSE_GIVEN = Omission(OmissionKind.POSE_GIVEN, relative_to=Relative.DISPLACEMENT)
-_HELD = 0.4  # small strain's bound from which on pads were seen to give way: in shear; compression goes to some 1.5
+_HELD = 0.4  # small strain's bound from which on pads gave way: in shear; compression goes to some 1.5
 _LOOKED = 5.0  # seconds by counts beyond which a load's first meshes are not solved for its plan
 _AMONG = 1.0  # seconds more for a load, or a pose, among conductors: 0.5 over a ground plane, more among several plates
 _OUTLINE = 15.0  # seconds more for each fixed plate of any outline: no symmetry shares its cells
@@ -120,20 +120,20 @@ def plan(
 
     Examples
     --------
-    >>> found = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
-    >>> found.mechanics.name, found.magnetics.name
+    >>> result = sm.plan(sm.load_sensor("biorob2018"), [sm.Wrench(F_z=1.0)])
+    >>> result.mechanics.name, result.magnetics.name
     ('block', 'sheets')
     """
     sensor, asked = at_temperature(sensor), checked_tolerance(tolerance)
     layer = aimed_mechanics(sensor, mechanics, asked, loads, magnetics)[1] if loads else None
     solved, field = choose_magnetics(sensor, magnetics, loads, asked, loaded=bool(loads))
-    seen = _seen(sensor, layer, (solved, field.name), loads, asked)
-    pairs = list(_halves(sensor, solved, (layer, field), loads, seen))
+    forecast = _forecast(sensor, layer, (solved, field.name), loads, asked)
+    pairs = list(_halves(sensor, solved, (layer, field), loads, forecast))
     steps = tuple(step for step, _ in pairs)
     left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads, bent=layer.bent)
     left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(seen.notes if isinstance(seen, Expected) else ()), *_notes(sensor, loads, seen))
+    notes = (*(forecast.notes if isinstance(forecast, Prediction) else ()), *_notes(sensor, loads, forecast))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
@@ -189,7 +189,7 @@ def table_seconds(
     if loads:
         layer = choose_mechanics(sensor, mechanics, loads, tolerance)
         ahead = [counted_cost(sensor, layer, [load]) for load in symmetry_of(sensor).without_images(_solved(loads))]
-        each = [MECHANICS[layer.name].rungs[0].each if seen is None else seen.seconds for seen in ahead]
+        each = [MECHANICS[layer.name].rungs[0].each if forecast is None else forecast.seconds for forecast in ahead]
     if magnetics is None:
         return each, 0.0, 0.0
     question = magnetic_question(sensor, tolerance, given, loaded=bool(loads))
@@ -205,19 +205,19 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 def _halves(
     sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
-    seen: Expected | LoadForecast | None,
+    forecast: Prediction | LoadForecast | None,
 ) -> Iterator[tuple[PlannedHalf, list[PlannedHalf]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
     if layer is not None:
         count = len(symmetry_of(sensor).without_images(_solved(loads)))
         step, finer = _rungs("mechanics", MECHANICS[layer.name], layer.tolerance, count)
-        yield _as_seen(step, seen), finer if seen is None else []
+        yield _as_forecast(step, forecast), finer if forecast is None else []
     plates = solved.conductors if field.name == "sheets" else ()
     count = max(len(loads), 1)
     more = bool(plates) * _AMONG * count + sum(part.shape == "outline" for part in plates) * _OUTLINE
     step, finer = _rungs("magnetics", MAGNETICS[field.name], field.tolerance, count, more)
-    yield _as_seen(step, seen), finer
+    yield _as_forecast(step, forecast), finer
 
 
 def _rungs(
@@ -292,9 +292,9 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
     return replace(question, answer=(rest, found))
 
 
-def _seen(
+def _forecast(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Expected | LoadForecast | None:
+) -> Prediction | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
     Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
@@ -304,48 +304,41 @@ def _seen(
         return ahead
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
         return None
-
-    goals = list[Goal]()
-
-    def measure(found: Equilibrium) -> float:
-        """Return the error over the signals' full scale; of the pose, where no coil can be solved."""
-        solved, name = coils
-        try:
-            goal = goal_of(solved, MAGNETICS[name](solved, ROUGH), [found.pose])
-        except (SolveFailed, ValueError):
-            goal = None
-        if goal is None:
-            return found.report.estimated_error
-        goals.append(goal)
-        return goal.mechanics(poses_of([found]))
-
-    seen = expected_for(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0], tolerance, measure)
-    if seen is None or not goals:
-        return seen
-    finer = MAGNETICS[coils[1]].share * tolerance / ROUGH
-    return seen._replace(magnetics=min(goals[0].magnetics * min(finer, 1.0), HALF * tolerance))
+    first = first_rest(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0])
+    if not isinstance(first, Equilibrium):
+        return first
+    solved, field = coils[0], MAGNETICS[coils[1]]
+    try:
+        goal = goal_of(solved, field(solved, ROUGH), [first.pose])
+    except (SolveFailed, ValueError):
+        goal = None
+    if goal is None:  # the pose's own, where no coil can be solved
+        return predicted(first.report, first.report.estimated_error, tolerance)
+    forecast = predicted(first.report, goal.mechanics(poses_of([first])), tolerance)
+    least = goal.magnetics * min(field.share * tolerance / ROUGH, 1.0)
+    return forecast._replace(magnetics=min(least, HALF * tolerance))
 
 
-def _as_seen(step: PlannedHalf, seen: Expected | LoadForecast | None) -> PlannedHalf:
+def _as_forecast(step: PlannedHalf, forecast: Prediction | LoadForecast | None) -> PlannedHalf:
     """Return a step as the load's first meshes show it, or as it is counted."""
-    if seen is None:
+    if forecast is None:
         return step
-    if isinstance(seen, LoadForecast):
-        return replace(step, seconds=seen.seconds) if step.half == "mechanics" else step
+    if isinstance(forecast, LoadForecast):
+        return replace(step, seconds=forecast.seconds) if step.half == "mechanics" else step
     if step.half == "mechanics":
-        return replace(step, error=seen.error, seconds=seen.seconds)
-    return step if seen.magnetics is None else replace(step, error=seen.magnetics)
+        return replace(step, error=forecast.error, seconds=forecast.seconds)
+    return step if forecast.magnetics is None else replace(step, error=forecast.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], seen: Expected | LoadForecast | None) -> tuple[Note, ...]:
-    """Return what speaks against a request, beside what was seen of it."""
+def _notes(sensor: Sensor, loads: Sequence[Wrench], forecast: Prediction | LoadForecast | None) -> tuple[Note, ...]:
+    """Return what speaks against a request, besides what was forecast of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
     if sensor.elastomer is not None:
         found += _overhang(sensor)
         lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
         found += (Note.of(NoteKind.STATED, text=text) for text in lines)
-    if not isinstance(seen, Expected) and loads and _HELD < bound < math.inf:
+    if not isinstance(forecast, Prediction) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 

@@ -27,13 +27,15 @@ iterations are counted, on meshes that are made.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.equilibrium.newton import LONGEST
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strains_of
+from sits_mech.mechanics.pad.families import pad_family
+from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.pad.shapes import shape_of
 from sits_mech.memory import SECONDS
 from sits_mech.notes import Note, NoteKind
@@ -82,9 +84,6 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
     touch = shape_on_cover(sensor)
     if touch is None or touch.shape == "pressure" or model not in _FURTHER:
         return None
-    from sits_mech.mechanics.block import pad_family
-    from sits_mech.mechanics.pad.planar import layer_family
-
     whole = bool(load.out_of_plane)
     levels = layer_family(sensor, True) if model == "axisymmetric" else pad_family(sensor, whole=whole)[0]
     first, second = (len(levels.maker(level).free) for level in (0, 1))
@@ -95,12 +94,10 @@ def forecast_touch(sensor: Sensor, load: Wrench, model: str) -> LoadForecast | N
 
 def forecast_load(sensor: Sensor, loads: Sequence[Wrench]) -> LoadForecast:
     """Return what the last of some loads on a path [N, N m] takes of a pad in space; nothing is meshed or solved."""
-    from sits_mech.mechanics.block import pad_family
-
     levels, share = pad_family(sensor)
     whole = 1.0 / share if any(load.out_of_plane for load in loads) else 1.0
     first, second = (round(whole * _unknowns(levels.cells(level))) for level in (0, 1))
-    length, touching = _expected(sensor, loads[-1])
+    length, touching = _motion_ahead(sensor, loads[-1])
     rough = sensor.elastomer is not None and sensor.elastomer.friction > 0.0
     parts = max(length / LONGEST, _SOFTER * len(loads) if rough else 1.0)
     size = second * max(second / _SIZE, 1.0) ** _POWER
@@ -117,7 +114,7 @@ def _unknowns(cells: tuple[int, ...]) -> int:
     return 3 * math.prod(2 * count + 1 for count in across) * 2 * through
 
 
-def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
+def _motion_ahead(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
     """Return the displacement of a target's edge by linear theory [thicknesses], and whether free walls are to fold."""
     plain = plain_pad(sensor)
     if plain is None:
@@ -130,7 +127,7 @@ def _expected(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
     return math.hypot(sink + edge, shear), near and sink * reach > _BULGED
 
 
-class Expected(NamedTuple):
+class Prediction(NamedTuple):
     """Relative error to expect of a load's answer, processor seconds, and notes that speak against it.
 
     The error is infinite where the load is not carried; `magnetics` is the error beside it, where known.
@@ -142,32 +139,29 @@ class Expected(NamedTuple):
     magnetics: float | None = None
 
 
-def expected_for(
-    layer: MechanicalModel, load: Wrench, tolerance: float, measure: Callable[[Equilibrium], float]
-) -> Expected | None:
-    """Return what to expect of a load [N, N m]; None of a model that has no first meshes.
+def first_rest(layer: MechanicalModel, load: Wrench) -> Equilibrium | Prediction | None:
+    """Return the rest under a load [N, N m] on a model's first meshes, None of a model that has none.
 
-    `measure` gives the error of an answer on the first meshes, which `tolerance` is asked of.
+    Where the load is not carried, what to expect of it.
     """
     if not isinstance(layer, RefinedModel):
         return None
     try:
-        found = layer.rough.equilibrium(load)
+        return layer.rough.equilibrium(load)
     except SolveFailed as failure:
         note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
-        return Expected(float("inf"), _seconds(failure.report), (note,))
-    return expected(found.report, measure(found), tolerance)
+        return Prediction(float("inf"), _seconds(failure.report), (note,))
 
 
-def expected(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Expected:
+def predicted(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Prediction:
     """Return what to expect of `count` loads from the answer and error of the largest one's first two meshes."""
     each = _seconds(first) * (1.0 if count == 1 else _MEAN)
     if error <= tolerance:
-        return Expected(error, count * each, _known(first))
+        return Prediction(error, count * each, _known(first))
     finer, times, left = further(first, error, tolerance, count)
     seconds = (count + finer * times) * each
     beyond = Note.of(NoteKind.OUT_OF_REACH, tolerance=tolerance, reached=left)
-    return Expected(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
+    return Prediction(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
 
 
 def further(first: SolveReport, error: float, tolerance: float, count: int) -> tuple[int, float, float]:

@@ -109,7 +109,7 @@ class Twin:
     def estimate_codes(self, codes: Any) -> Estimate:
         """Return the slow wrenches that show codes of the converter, integers of shape (n, coils).
 
-        In the library's own precision: double in numpy, single in torch and jax unless they are told otherwise.
+        In the library's own precision: double in numpy, single in torch and jax unless they are set otherwise.
         """
         if not self.numbers["codes"]:
             raise ValueError("codes: must be of a twin with a converter; this one has none")

@@ -6,7 +6,7 @@ other are a cut: cells there do not hold together, though nothing shows it. Node
 the nodes can be merged ("welded"). A node within a face of the surface that it is no corner of hangs there, and the
 middle of a face within another face tells two surfaces that do not match; no merging of nodes joins these.
 
-Faces are taken as flat, four-cornered ones as four triangles about their middle. Lengths [m], said in mm.
+Faces are taken as flat, four-cornered ones as four triangles about their middle. Lengths [m], printed in mm.
 """
 
 from __future__ import annotations

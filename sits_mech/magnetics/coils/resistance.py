@@ -26,7 +26,7 @@ estimate, of uneven current along their straight tracks too.
 Twice as many filaments along both sides and ``(4 fine - coarse) / 3`` give the answer, its step from `fine` the error.
 
 Range: non-magnetic tracks; a turn closes on itself (no pitch, no vias). Neglected: displacement current, so that
-nothing is said near a coil's own resonance.
+no statement is made near a coil's own resonance.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ target (element/target.py). C_ij with i != j is what the silicone carries from c
 under the sides of a target lifts those around it, by 11 % of its sinking half a thickness away, by 2 % two thicknesses.
 
 Mesh: a tensor grid on the box (pad/cell_lines.py), of which the cells in slots and beside a cover are left out. Its
-levels are those of one pad (block.py), so that one target in the middle has the same mesh. A wall's faces are held as
+levels are those of one pad (pad/families.py): one target in the middle has the same mesh. A wall's faces are held as
 the ground is. Unknowns: displacements of the whole pad [thicknesses]. Error: of the levels' limit (levels/family.py).
 
 Neglected: finite strain, whose first correction `softening` returns; contact of free faces. A load by which the faces
@@ -26,15 +26,15 @@ import numpy as np
 
 from sits_mech.geometry.meshing.bricks import PlateOutline, box_bricks
 from sits_mech.geometry.meshing.inclusion import hollowed
-from sits_mech.mechanics.block import FINENESS, terms_of
 from sits_mech.mechanics.cells.pressed import Level, followed, touch_forces
-from sits_mech.mechanics.cells.spread import spreads
+from sits_mech.mechanics.cells.spread import Spread, spreads
 from sits_mech.mechanics.element.mesh import BRICK, solid_mesh
 from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.levels.refine import refined
 from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, in_slots, inside_of, scaled_ends
+from sits_mech.mechanics.pad.families import FINENESS, terms_of
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
 from sits_mech.mechanics.pad.stack import covering
 from sits_mech.quantities import Array, Mask, Wrench
@@ -93,29 +93,30 @@ def cells_pad(
     motions by the touch, of the largest, or there are as many as `most`. Raise ValueError where memory does not
     hold two levels, and as `spreads`.
     """
-    asked, n, levels = checked_tolerance(tolerance), len(cells.targets), _levels(cells)
+    asked, levels = checked_tolerance(tolerance), _levels(cells)
     scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
     scale = scales.thickness, (force or 0.0) / scales.force
-
-    def measured(level: int) -> tuple[Array, ...]:
-        """Return compliance, the poses' change, what other ways do to it, and on the first level the second step."""
-        own = cells_level(cells, levels.maker(level))
-        f = [touch_forces(own, way, *scale) for way in ways]
-        each = np.array([own.flexibility @ own.work(part) for part in f] or np.zeros((1, 6 * n)))
-        q, more = each[0], np.zeros(6 * n)
-        if level == 0 and ways:
-            u = own.displaced(q, f[0])
-            more = _second(cells, own, u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
-        found = q, np.abs(each - q).max(axis=0), more
-        return _compliance(cells, own), *(part.reshape(n, 6) * scales.lengths for part in found)
-
-    def enough(found: list[tuple[Array, ...]]) -> bool:
-        """Whether the error is as asked."""
-        return _relative_error(levels, found, force is not None, seen) <= asked
-
-    found, _ = refine(levels, map(measured, range(len(levels))), enough, most)
+    own = (cells_level(cells, levels.maker(level)) for level in range(len(levels)))
+    for found in refined(levels, (_measured(cells, each, ways, scale, k == 0) for k, each in enumerate(own)), most):
+        if _relative_error(levels, found, force is not None, seen) <= asked:
+            break
     compliances, moved, spread, more = zip(*found, strict=True)
     return CellsPad(cells, levels, compliances, moved, spread[-1], more[0])
+
+
+def _measured(
+    cells: Cells, own: Level, ways: Sequence[Spread], scale: tuple[float, float], first: bool
+) -> tuple[Array, ...]:
+    """Return compliance, the poses' change, what other ways do to it, and on the first level the second step."""
+    n, f = len(cells.targets), [touch_forces(own, way, *scale) for way in ways]
+    each = np.array([own.flexibility @ own.work(part) for part in f] or np.zeros((1, 6 * n)))
+    q, more = each[0], np.zeros(6 * n)
+    if first and ways:
+        u = own.displaced(q, f[0])
+        more = _second(cells, own, u, 0.0 * q, followed(own, u, cells.touched, ways[0], scale))
+    found = q, np.abs(each - q).max(axis=0), more
+    lengths = pad_scales(cells.sensor, 1.0).lengths
+    return _compliance(cells, own), *(part.reshape(n, 6) * lengths for part in found)
 
 
 def _second(cells: Cells, level: Level, u: Array, P: Array, f: Array) -> Array:

@@ -58,7 +58,7 @@ class Walk:
         self.body, self.here, self.path = body, start, path  # `here`: last state at rest, with all iterations so far
         self.step = self.first = step
         self.begun, self.most = start.iterations, start.iterations + most
-        self.at, self.end, self.hidden = 0.0, 0.0, np.nan  # of the path: where it is, and where its increment ends
+        self.at, self.to, self.hidden = 0.0, 0.0, np.nan  # of the path: where it is, and where its increment ends
 
     def left(self) -> bool:
         """Whether there are iterations left for an increment."""
@@ -117,14 +117,14 @@ class PathLeg(Walk):
 
     def lengthen(self, found: Outcome) -> None:
         """Choose an increment that the stiffness allows."""
-        (place, stiffness), self.before = self.before, (self.end, found.stiffness)
-        allowed = 1.1 * (self.end - place) * found.stiffness / max(stiffness - found.stiffness, 1e-300)
+        (place, stiffness), self.before = self.before, (self.to, found.stiffness)
+        allowed = 1.1 * (self.to - place) * found.stiffness / max(stiffness - found.stiffness, 1e-300)
         self.step = min(self.step * (2.0 if found.state.iterations <= EASY else 1.0), allowed)  # nan at first
-        _LOG.info(STANDS, len(self.body.free), 100.0 * self.end, self.here.iterations)
+        _LOG.info(STANDS, len(self.body.free), 100.0 * self.to, self.here.iterations)
 
     def shorten(self, found: Outcome) -> bool:
         """Shorten an increment that is beyond linear theory; after any other the path goes on by its length."""
-        self.step, self.length = 0.9 * (self.end - self.at) * LONGEST / max(found.length, LONGEST), _CUT * found.length
+        self.step, self.length = 0.9 * (self.to - self.at) * LONGEST / max(found.length, LONGEST), _CUT * found.length
         return found.length > LONGEST
 
     def outcome(self, reason: PathEnd) -> Outcome:
@@ -144,7 +144,7 @@ class Swelling(Walk):
 
     def rest(self, end: Array, start: State | None = None, body: Bonded | None = None) -> Outcome:
         """Return the rest of a body that has swollen by a part."""
-        some = replace(self.body, laws=self.body.laws.swollen(self.end))
+        some = replace(self.body, laws=self.body.laws.swollen(self.to))
         return newton(some, replace(self.here, iterations=0), end)
 
 
@@ -201,14 +201,14 @@ def advance(
             reason = PathEnd.LONG
             break
         there, leg = walk.at + walk.step, int(walk.at) + 1.0
-        walk.end = leg if there > leg or isclose(there, leg) else there
-        found = walk.rest(path.at(walk.end))
+        walk.to = leg if there > leg or isclose(there, leg) else there
+        found = walk.rest(path.at(walk.to))
         found = judged(walk.body, path, found) if walk.judges else found
         spent = walk.here.iterations + found.state.iterations
         walk.here = replace(walk.here if found.reason else found.state, iterations=spent)
         if not found.reason:
             walk.lengthen(found)
-            walk.at, walk.hidden = walk.end, found.hidden
+            walk.at, walk.hidden = walk.to, found.hidden
         elif not walk.shorten(found):
             reason = found.reason
     return body.keep(name, walk.outcome(reason))

@@ -23,11 +23,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sits_mech.mechanics.equilibrium.body import Bonded, State
-from sits_mech.mechanics.equilibrium.control import Scales
+from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.linearisation import bending_equations
 from sits_mech.mechanics.foil.bending import BondedPlate, CoilView
 from sits_mech.mechanics.levels.answer import enlarged, relative, starts
-from sits_mech.mechanics.levels.family import Levels, extrapolated
+from sits_mech.mechanics.levels.family import Levels, Line, extrapolated
 from sits_mech.memory import latest
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Array, Equilibrium, Mask, Pose, Wrench
@@ -38,16 +38,17 @@ _SHAPES = 0.02  # of what coils see: so much ten degrees show of a point of `bio
 
 @dataclass(frozen=True, eq=False)
 class Bending:
-    """What bends of a target at its load, as coils see it; called with an equilibrium of the rigid one."""
+    """What bends of a target at its load, as coils see it."""
 
     plate: BondedPlate
     stiffness: float  # of the target [N m]
     seen: Callable[[Pose, Mask], CoilView]  # how coils see it at a pose, of some of q and a
 
     @one_thread
-    def __call__(self, levels: Levels, scales: Scales, found: Equilibrium) -> Equilibrium:
-        """Return the equilibrium with the pose of a rigid target that coils read alike."""
-        added = self.added(levels, scales, found.wrench, found.state.tobytes())
+    def bent(self, line: Line, control: Control, found: Equilibrium) -> Equilibrium:
+        """Return an equilibrium with the pose of a rigid target that coils read alike; as it is with places given."""
+        levels, scales = line[int(found.state[0])], line.scales
+        added = None if control.held.any() else self.added(levels, scales, found.wrench, found.state.tobytes())
         if added is None:
             return found
         motion, off, deflection = added

@@ -20,7 +20,7 @@ from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
-from sits_mech.mechanics.levels.refine import later_rests, refine
+from sits_mech.mechanics.levels.refine import later_rests, refined
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Mask, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, silicones_of
@@ -169,23 +169,21 @@ def extrapolated_equilibrium(
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     most = min(most, len(levels), line.deepest)
 
-    def enough(found: list[Outcome]) -> bool:
-        """Take the limit of the levels found; whether it will do, or no further level pays."""
-        nonlocal best, kept
-        level = len(found)
+    for found in refined(levels, chain(begun, walk or later_rests(levels, states, (held, end), given)), most):
+        large, level = None, len(found)
         if level > 2:
-            off = np.where(held, 0.0, found[-1].off / unit)
-            limit = levels.limit([shown(each) for each in found], off, pressed=pressed, sunk=depths)
-            if np.max(off, initial=0.0) > np.max(best.error):  # it does not settle there
-                return True
-            best, kept = limit, level
+            late = np.where(held, 0.0, found[-1].off / unit)
+            if np.max(late, initial=0.0) > np.max(best.error):  # it does not settle there
+                break
+            best = levels.limit([shown(each) for each in found], late, pressed=pressed, sunk=depths)
+            kept = level
         if left(best) <= line.asked and not (pressed and level == 2):  # in contact two may agree by chance
-            return True
+            break
         last = level if len(body.mesh.axes) == 3 else most - 1  # sections are cheap
         paid = max(line.asked, _PAYS * left(best))
-        return level >= most or left(levels.foreseen(best, level, last)) > paid or levels.creased(states)
-
-    found, large = refine(levels, chain(begun, walk or later_rests(levels, states, (held, end), given)), enough, most)
+        if level >= most or left(levels.foreseen(best, level, last)) > paid or levels.creased(states):
+            break  # no further level pays
+        large = levels.check_memory(level)
     last, spent = len(found) - 1, sum(each.state.iterations for each in found)
     before, strained = (layer_stretch(levels.maker(k), found[k].state.u) for k in (last - 1, last))
     error = np.where(held, 0.0, errors_of(best.error, share)) * unit * scales.lengths[:k]
@@ -195,7 +193,7 @@ def extrapolated_equilibrium(
     if beneath:  # the true target is held there: the error is the whole displacement
         whole = np.max(np.abs(q * scales.lengths[:k]) * lever) / lever
         error, off = np.where(held, 0.0, np.maximum(error, whole)), max(off, 1.0)
-    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *([large] if large else []))
+    notes = (*touch_notes(line, body, fine), *beneath, *law_notes(sensor, strained.each), *filter(None, [large]))
     report = SolveReport(
         "", len(levels.maker(last).free) + k, spent, fine.residual, off, 0.0, notes=notes, min_J=fine.min_J,
         stretch=strained.value, error_stretch=max(abs(strained.value - before.value), strained.doubt),

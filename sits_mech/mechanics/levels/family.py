@@ -1,7 +1,7 @@
 """Extrapolate the pose of a layer from a family of meshes, with its error.
 
 The target's motion, a quantity of the energy, converges with powers of the cells' sizes: at the singular edges a known
-one, 2 k with the exponent k of the displacements there, and away from them an observed one (block.py),
+one, 2 k with the exponent k of the displacements there, and away from them an observed one (pad/families.py),
 
     y_l = y + sum_j a_j phi_lj,
 
@@ -20,14 +20,14 @@ Of more,
 the error that the levels before would have had, reduced as the terms are, and s for the uncertainty of the powers. They
 and s = 1/2 are measured on pads of five laws (benchmarks/mechanics_accuracy.py). A level divided at the edge alone, or
 away from it alone, moves the limit by what was wrong there, so that the ratio of the term that stays is not in theta.
-Of three levels the second is told apart by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
+Of three levels the second is separated by one of them, and counts whole: s_2 = 1. (On 16 pads true errors are 0.08 to
 1.05 of those, of four levels of 14 pads 0.01 to 0.9.) No component's error is less than a share of the worst, an angle
 counted at the target's end; likewise for forces that hold the target.
 
 Under a press the angle between plate and free face opens, and the edge's term shrinks less from level to level than
 its power says, which is that of small strain: a layer of cells more at the edge leaves rho of it, 0.25 without load,
 0.30, 0.37 and 0.57 at sinks of 0.08, 0.13 and 0.14 thicknesses (two discs and a square, levels of two parts with none,
-one and two further layers, block.py). What it adds in all goes as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2
+one and two further layers). What it adds in all goes as rho/(1 - rho), so that by rho = 1/4 + 8 (sink/t)**2
 it is 1 + c (sink/t)**2 as much, and as rho grows from layer to layer, too, as much again is its error:
 
     y = Y + sum_j a_j phi_nj + c (sink/t)**2 a_1 phi_n1,   s_1 = 1/2 + c (edge/t)**2,   c = 8 * 16/3, some 50, in space.
@@ -77,7 +77,7 @@ from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import Scales
 from sits_mech.memory import GIB, MEMORY, beyond_memory
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array, Equilibrium, Mask
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.sensor import Sensor, shape_on_cover
 
 PAIR = 2
@@ -235,10 +235,6 @@ class Levels:
         return Limit(limit.value, np.abs(parts).sum(axis=0), parts)
 
 
-Bends = Callable[[Levels, Scales, Equilibrium], Equilibrium]
-"""Bends the target of an equilibrium that was solved on some levels (mechanics/foil/bent.py)."""
-
-
 @dataclass(frozen=True, eq=False)
 class Line:
     """Families of meshes of a layer, each made on demand; numbers beyond theirs are those without first levels."""
@@ -249,7 +245,6 @@ class Line:
     asked: float  # estimated error at which refinement stops
     deepest: int = 99  # most levels
     goal: Array | None = None  # (s, 6), derivatives of what is asked by the pose; default: the pose
-    bends: Bends | None = None  # of a target that bends; default: it is rigid
 
     def __post_init__(self) -> None:
         """Cache the families."""

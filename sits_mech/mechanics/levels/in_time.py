@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sits_mech.cases import Progress, untold
+from sits_mech.cases import Progress, no_progress
 from sits_mech.geometry.collision import ground_notes
 from sits_mech.mechanics.equilibrium.body import Bonded, State
 from sits_mech.mechanics.equilibrium.control import under
@@ -43,7 +43,7 @@ from sits_mech.mechanics.levels.answer import (
     touch_notes,
 )
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
-from sits_mech.mechanics.levels.refine import refine
+from sits_mech.mechanics.levels.refine import refined
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Ended, Mask, Pose, SolveFailed, SolveReport
 
@@ -64,8 +64,8 @@ class _Ended(Exception):
         self.time, self.reason, self.last = time, reason, last
 
 
-def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) -> Motion:
-    """Return the target's motion under a history of loads; report progress to `tell`.
+def motion_in_time(line: Line, history: LoadHistory, progress: Progress = no_progress) -> Motion:
+    """Return the target's motion under a history of loads; `progress`: parts done, of all.
 
     Raise SolveFailed, with the time reached, where no family of meshes completes the history.
     """
@@ -74,12 +74,12 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
     while numbers and sum(each.reason in _LIMITS for each in ended) < 2:
         number = numbers.pop(0)
         try:
-            motion, touches = _on_family(line, line[number], history, tell)
+            motion, touches = _on_family(line, line[number], history, progress)
         except _Ended as end:
             ended.append(end)
             continue
         if number in line.last or not touches:
-            tell(100, 100)
+            progress(100, 100)
             return motion
         numbers = list(line.last)
     last = max(ended, key=lambda each: each.time)
@@ -90,7 +90,7 @@ def motion_in_time(line: Line, history: LoadHistory, tell: Progress = untold) ->
     ))
 
 
-def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress) -> tuple[Motion, bool]:
+def _on_family(line: Line, levels: Levels, history: LoadHistory, progress: Progress) -> tuple[Motion, bool]:
     """Return the motion on one family of meshes, and whether free faces touch anything."""
     asked, count, scales = min(line.asked, 1.0), min(WALKED, len(levels)), line.scales
     ends, k = history.course / np.where(history.held, scales.lengths, scales.loads), levels.coarse.components
@@ -100,7 +100,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
 
     def share(level: int) -> Callable[[float], None]:
         """Scale the progress of one level's walk to its share of the whole."""
-        return lambda part: tell(round(100 * (level + part)), 100 * count)
+        return lambda part: progress(round(100 * (level + part)), 100 * count)
 
     def walked() -> Iterator[_Walk]:
         """Yield the walks of the levels; further ones as long as they get to the end."""
@@ -114,11 +114,11 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, tell: Progress)
                     raise
                 return
 
-    def enough(walks: list[_Walk]) -> bool:
-        """Whether the limit of some walks will do, or a further one would crease."""
-        return _limits(levels, first, walks).relative <= asked or levels.creased((walks[0].least, walks[1].least))
-
-    walks, large = refine(levels, walked(), enough, count)
+    for walks in refined(levels, walked(), count):
+        large, least = None, (walks[0].least, walks[1].least)
+        if len(walks) == count or _limits(levels, first, walks).relative <= asked or levels.creased(least):
+            break  # or a further one would crease
+        large = levels.check_memory(len(walks))
     return _motion(line, levels, first, walks, large), any(walk.touches for walk in walks)
 
 
@@ -161,15 +161,16 @@ def _motion(line: Line, levels: Levels, first: _First, walks: Sequence[_Walk], l
     stretches = [np.array([each.value for each in walk.stretch]) for walk in walks[-2:]]
     before, stretch = map(float, map(np.max, stretches))
     each = np.max([moment.each for moment in last.stretch], axis=0)
-    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *([large] if large else [])]
+    notes = [*beneath, *touch_notes(line, body, state), *law_notes(sensor, each), *filter(None, [large])]
     notes.append(Note.of(NoteKind.TIMES, count=len(first.time), meshes=len(walks), error=found.late))
     report = SolveReport(
         "", len(levels.maker(len(walks) - 1).free) + body.components, sum(walk.iterations for walk in walks),
         state.residual, found.relative, 0.0, "converged", tuple(notes), (),
         min(walk.least.min_J for walk in walks), stretch, abs(stretch - before),
     ).judged(line.asked)
-    time, rows = np.array(first.time), np.array(first.rows)
-    return Motion(time, rows, wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report)
+    return Motion(
+        np.array(first.time), np.array(first.rows), wrench, off, Pose.of(pose), Pose.of(error), stretches[-1], report
+    )
 
 
 class _Walk:
@@ -206,14 +207,14 @@ class _Walk:
             raise _Ended(time, found, now)
         return found
 
-    def follow(self, first: _First, tell: Callable[[float], None]) -> _Walk:
+    def follow(self, first: _First, progress: Callable[[float], None]) -> _Walk:
         """Walk in the steps of the first level."""
         at = first.time[0]
         for number, (time, end) in enumerate(zip(first.time, first.ends, strict=True), 1):
             moment = self.step(self.now, time - at, end, time)
             self.keep(moment, moment.state.iterations)
             at = time
-            tell(number / len(first.time))
+            progress(number / len(first.time))
         return self
 
 
@@ -241,12 +242,12 @@ class _First(_Walk):
         ends = np.array(self.ends)
         return np.where(self.given, ends, found), np.where(self.given, found, ends)
 
-    def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], tell: Callable[[float], None]) -> None:
+    def timed(self, times: Array, loads: Array, rows: NDArray[np.int_], progress: Callable[[float], None]) -> None:
         """Walk with steps limited by the error in time, to some rows; before the first time there is no load."""
         self._leg(np.repeat(times[:1], 2), np.array([np.zeros(loads.shape[1]), loads[0]]))
         for begin, end in pairwise(rows):
             self._leg(times[begin : end + 1], loads[begin : end + 1])
-            tell(end / len(times))
+            progress(end / len(times))
 
     def _leg(self, times: Array, loads: Array) -> None:
         """Walk from one time of the history to another, or over a sudden load."""
@@ -259,7 +260,8 @@ class _First(_Walk):
         while True:
             left = span - gone
             count = max(int(np.ceil(left / self.next - _ROUNDING)), 1) if left > 0.0 else 1
-            dt, there = left / count, span if count == 1 else gone + left / count
+            dt = left / count
+            there = span if count == 1 else gone + dt
             if not self._gone(begin + there, dt, (at(gone + 0.5 * dt), at(there)), shortest=_SHORTEST * span):
                 continue
             gone = there

@@ -71,7 +71,7 @@ class Solved(NamedTuple):
     carried: tuple[Wrench, Wrench] | None = None  # largest load and its error, if limited
     limit_point: tuple[float, float] | None = None  # the same as a fraction of the path, with its error
     laws: tuple[Note, ...] = ()  # notes on the silicone's law in the farthest state of the coarse mesh
-    seen: float = 1.0  # fraction of the path the coarse mesh got to
+    coarse_part: float = 1.0  # fraction of the path the coarse mesh got to
 
 
 def first_look(line: Line, number: int, start: Equilibrium | None, control: Control, share: float = 1.0) -> Outcome:

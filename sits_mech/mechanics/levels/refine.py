@@ -2,7 +2,8 @@
 
     levels --(measured on one after the other)--> values --(as wanted?)--> answer, or the next level
 
-So a pose is refined (answer.py), a history of poses (in_time.py) and a compliance (linear.py).
+So a pose is refined (answer.py), a history of poses (in_time.py) and a compliance (linear.py): who asks takes the
+values of `refined` until they will do.
 
 The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
 before, cells at rims eliminated (equilibrium/elimination.py), end when the target no longer moves. If cells at rims
@@ -19,8 +20,9 @@ Source: J. Xu, SIAM J. Numer. Anal. 33 (1996) 1759, Newton steps from coarse sol
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -32,7 +34,6 @@ from sits_mech.mechanics.equilibrium.newton import Steps, affordable, newton
 from sits_mech.mechanics.equilibrium.outcome import Outcome, Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.notes import Note
 from sits_mech.quantities import Array, Mask
 
 _Measured = TypeVar("_Measured")
@@ -41,23 +42,20 @@ _NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at whi
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 
 
-def refine(
-    levels: Levels, measure: Iterator[_Measured], wanted: Callable[[list[_Measured]], bool], most: int
-) -> tuple[list[_Measured], Note | None]:
-    """Measure level after level until `wanted` is satisfied, on at least two and at most `most`; return all values.
+def refined(levels: Levels, values: Iterator[_Measured], most: int) -> Iterator[list[_Measured]]:
+    """Yield the values of the first two levels, then those of one more each time, of at most `most`.
 
-    It ends where `measure` does, or memory, with a note. Raise ValueError where that does not hold the first two.
+    It ends where `values` do, or memory. Raise ValueError where that does not hold the first two.
     """
     for level in (0, 1):
         levels.check_memory(level)
-    found, large = list[_Measured](), None
-    while len(found) < 2 or not (wanted(found) or len(found) >= most):
-        large = levels.check_memory(len(found))
-        there = None if large else next(measure, None)
-        if there is None:
-            break
+    found = list(islice(values, 2))
+    yield found
+    for level in range(2, most):
+        if levels.check_memory(level) or (there := next(values, None)) is None:
+            return
         found.append(there)
-    return found, large
+        yield found
 
 
 def prolonged(levels: Levels, level: int, state: State) -> State | None:
@@ -113,9 +111,10 @@ def later_rests(
     for level in range(2, min(levels.rested, len(levels))):
         body, all_of_it = levels.maker(level), given and levels.fine.press is None
         enough = None if all_of_it else _ENOUGH * body.length(state.q - before.q)
-        tries = _tries(levels, level, state, aim, enough)
-        found = next((there for there in tries if there is not None and not there.reason), None)
-        if found is None:
+        for found in _tries(levels, level, state, aim, enough):
+            if found is not None and not found.reason:
+                break
+        else:
             return
         state, before = replace(found.state, known=None), state
         yield replace(found, state=state)

@@ -49,7 +49,7 @@ _SMALLEST = (0.6, 1e-2)  # smallest increment on a family with another one to tr
 _SOFTLY = (100.0, 10.0)  # times the contact depth, on the way from rest without contact
 
 
-def settled(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
+def last_equilibrium(line: Line, start: Equilibrium | None, controls: Sequence[Control]) -> Solved:
     """Return the last equilibrium on a path of loads, with contact where it counts; the path matters with friction.
 
     Answer and limit do not depend on a `start`, which is not used with friction: a path from a neighbour's equilibrium
@@ -212,28 +212,15 @@ def _with_depth(line: Line, free: Equilibrium, held: Solved) -> Solved:
     return held._replace(found=enlarged(found, Pose.of(error), found.report.estimated_error + LEFT_SHARE * effect))
 
 
-def finished(line: Line, control: Control, solved: Solved, word: str, tolerance: float | None) -> Equilibrium:
-    """Return the equilibrium that was asked for, of a target that bends where forces alone are given; or raise.
-
-    With a note on an error above a tolerance; raises SolveFailed for a load that is not carried.
-    """
-    if solved.part < 1.0:
-        raise path_failure(control, solved, word)
-    found = solved.found
-    if line.bends is not None and not control.held.any():
-        found = line.bends(line[int(found.state[0])], line.scales, found)
-    return found if tolerance is None else replace(found, report=found.report.judged(tolerance))
-
-
 def path_failure(control: Control, solved: Solved, body: str) -> SolveFailed:
     """Return the failure that says where and why a load path of a `body`, "pad" or "layer", ended."""
-    last, seen = solved.found, {name: solved.seen * value for name, value in control.given.items()}
+    last, seen = solved.found, {name: solved.coarse_part * value for name, value in control.given.items()}
     laws = tuple(note.with_numbers(**seen) for note in solved.laws)
     largest = list[Note]()
     if solved.carried is not None and solved.limit_point is not None:
         kind = NoteKind.WITHIN_DATA if solved.reason is PathEnd.BEYOND else NoteKind.CARRIED
         largest.append(carried_note(solved.carried, solved.limit_point, kind))
-    if not largest and solved.seen < 1.0:
+    if not largest and solved.coarse_part < 1.0:
         largest.append(Note.of(NoteKind.NO_LARGEST, **seen))
     why = (*laws, *largest, Note.of(NoteKind.PATH_END, end=solved.reason))
     others = (note for note in last.report.notes if note not in solved.laws)

@@ -10,7 +10,7 @@ its own answer counts, and the difference is the error.
 
 Measured: with the cells divided tetrahedra converge from the stiff side, 431 of them on a box of 20 x 20 x 2 mm by 3.2,
 1.7 and 0.9 % in shear, 13, 6 and 3 % in compression, 32, 17 and 9 % in tilt. Contact with ground and target is that of
-block.py; free faces that touch each other, such as the walls of a slot, are held apart (faces/folds.py); half a pad
+families.py; free faces that touch each other, such as the walls of a slot, are held apart (faces/folds.py); half a pad
 whose faces reach the plane of symmetry is held there.
 """
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
-_SHRUNK = 0.9  # volume ratio below which it is said: of a silicone as good as incompressible it is one
+_SHRUNK = 0.9  # volume ratio below which it is shown: of a silicone as good as incompressible it is one
 _EDGE = 0.1  # thicknesses from a bonded edge, to which strain grows as r**(0.5946 - 1): 2.5 times by then
 _INTERFACE, _ON = "#c2185b", 1e-6  # colour; of the height, within which a node is on an interface
 _LINE = 0.15  # height of a further line of text [in]

@@ -79,7 +79,7 @@ def fit_figure(test: TensileTest, fit: Fit) -> Figure:
 
 
 def read_rows(test: TensileTest) -> list[tuple[str, str]]:
-    """Return what a file of a machine was read as, in rows of a table: a row a specimen, and what is to be said."""
+    """Return what a file of a machine was read as, in rows of a table: a row a specimen, and its notes."""
     rows = []
     for k, one in enumerate(test.all):
         left = 0 if one.left_out is None else one.left_out.shape[1]

@@ -206,7 +206,7 @@ def ladder_sentence(ladders: Sequence[Sequence[LadderPoint]]) -> str:
     """Summarize ladders: "ask 1e-2: 0.3 s; 3e-3: 1.1 s; errors below 1e-3 cannot be reached".
 
     A tolerance counts where the answer's own estimate is within it; where only some of several ladders reach it, how
-    many do is said. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
+    many do is shown. What cannot be reached is what is below the least estimate of a ladder whose finest rung misses.
     """
     parts, count, held = [], len(ladders), dict[float, list[float]]()
     for one in chain.from_iterable(ladders):

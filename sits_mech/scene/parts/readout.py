@@ -46,7 +46,7 @@ class Readout(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _metered(cls, given: Any) -> Any:
-        """Let idle coils be open where there is no converter, unless they are said to be something else."""
+        """Let idle coils be open where there is no converter, unless they are set to something else."""
         metered = isinstance(given, dict) and given.get("converter") == "none"
         return {"idle_coil": "open"} | given if metered else given
 

@@ -44,7 +44,7 @@ class Touch(BaseModel):
         "none": it is guided, slides on the target and presses along the normal of its face, which turns with it; a
         pressure stays where it is on the target. "sticking": it keeps its place on the target and the force its
         direction; a sphere or cylinder rolls there. On a cover shapes are guided, without friction, and a pressure
-        keeps its direction whatever is said.
+        keeps its direction whatever is given.
     force : float or None
         By which it presses where a command names no load [N].
     depth : float or None

@@ -10,7 +10,7 @@ from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
 from sits_mech.chain.plans import aimed
 from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, aimed_mechanics, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
-from sits_mech.chain.plans.prices import Expected, expected
+from sits_mech.chain.plans.prices import Prediction, predicted
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.mechanics.layer import planar_layer
@@ -46,7 +46,7 @@ def test_a_promise_is_what_the_first_meshes_show() -> None:
     assert own > aim.left
     one, many = aim.promised(first, 1), aim.promised(first, 81, 12)
     assert own * 0.2 <= one.error - aim.goal.magnetics <= own * 0.25 < many.error and 2.0 * one.seconds < many.seconds
-    mechanical = [expected(report, own, aim.left, count).seconds for count in (1, 12)]
+    mechanical = [predicted(report, own, aim.left, count).seconds for count in (1, 12)]
     assert [one.seconds, many.seconds] == [
         seconds + MAGNETICS["planar"].cost(Question(0.1 * aim.asked, (LOAD,) * loads)).seconds
         for seconds, loads in zip(mechanical, (1, 81), strict=True)
@@ -91,9 +91,9 @@ def test_what_no_goal_refines_is_chosen_once_more(
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:
     aim = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])
     assert aim is not None
-    aim.refuse_beyond(Expected(0.029, 3.0), "F_x = 1 N")
+    aim.refuse_beyond(Prediction(0.029, 3.0), "F_x = 1 N")
     with pytest.raises(SceneError, match=r"reached at F_x = 1 N; got 0.01: 0.03 .* in about 3.2 s, which best takes$"):
-        aim.refuse_beyond(Expected(0.031, 3.2), "F_x = 1 N")
+        aim.refuse_beyond(Prediction(0.031, 3.2), "F_x = 1 N")
 
 
 def test_coils_that_show_nothing_are_no_aim() -> None:

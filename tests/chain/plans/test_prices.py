@@ -8,21 +8,16 @@ from dataclasses import replace
 import pytest
 
 from sits_mech.chain.plans.plan import plan, planned_seconds
-from sits_mech.chain.plans.prices import expected, expected_for, forecast_load, forecast_touch
-from sits_mech.mechanics import block
+from sits_mech.chain.plans.prices import Prediction, first_rest, forecast_load, forecast_touch, predicted
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.pad import families
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Equilibrium, SolveReport, Wrench
 from sits_mech.report.notes import sentence, sentences
 from sits_mech.scene.sensor import load_sensor
 
 FIRST = SolveReport("block", 4000, 10, 0.0, 0.02, 0.3)
-
-
-def of_pose(found: Equilibrium) -> float:
-    """The error of the pose."""
-    return found.report.estimated_error
 
 
 @pytest.mark.parametrize(
@@ -36,8 +31,9 @@ def of_pose(found: Equilibrium) -> float:
 def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, float], tolerance: float) -> None:
     sensor = load_sensor("biorob2018", ['elastomer.contact="never"'])
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)
-    seen, found = expected_for(pad, wrench, tolerance, of_pose), pad.equilibrium(wrench)
-    assert seen is not None
+    first, found = first_rest(pad, wrench), pad.equilibrium(wrench)
+    assert isinstance(first, Equilibrium)
+    seen = predicted(first.report, first.report.estimated_error, tolerance)
     assert 1 / 3 < seen.error / found.report.estimated_error < 3 and 0.1 < seen.seconds < 5.0
 
 
@@ -53,17 +49,17 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
 
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
-    seen = expected_for(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0), 1e-2, of_pose)
-    assert seen is not None and math.isinf(seen.error)
+    seen = first_rest(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0))
+    assert isinstance(seen, Prediction) and math.isinf(seen.error)
     assert sentence(seen.notes[0]).startswith("a large load for this pad: wrench")
 
 
 def test_models_of_one_mesh_are_not_looked_at() -> None:
-    assert expected_for(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0), 1e-2, of_pose) is None
+    assert first_rest(linear_pad(load_sensor("biorob2018"), 0.1), Wrench(F_z=1.0)) is None
 
 
 def test_meshes_follow_until_the_tolerance_is_met_or_they_end() -> None:
-    two, three, four, end = (expected(FIRST, 0.02, tolerance) for tolerance in (0.02, 0.006, 0.0045, 1e-3))
+    two, three, four, end = (predicted(FIRST, 0.02, tolerance) for tolerance in (0.02, 0.006, 0.0045, 1e-3))
     assert two.error == 0.02 > three.error > four.error == end.error > 1e-3
     assert 3.0 * two.seconds < three.seconds < four.seconds == end.seconds
     assert sentences(end.notes) == ["the tolerance 0.001 cannot be reached at this load, about 0.004 can"]
@@ -73,7 +69,7 @@ def test_meshes_follow_until_the_tolerance_is_met_or_they_end() -> None:
 def test_contact_and_data_that_end_are_read_from_kinds() -> None:
     """Faces that touch cost by the unknowns alone, with friction and without; where data end, the notes say so."""
     plain, rough, smooth, held, far = (
-        expected(replace(FIRST, notes=(note,) if note else ()), 0.02, 0.02)
+        predicted(replace(FIRST, notes=(note,) if note else ()), 0.02, 0.02)
         for note in (
             None, Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.5),
             Note.of(NoteKind.FACE_TOUCHES, surface="ground", friction=0.0), Note(NoteKind.FACES_TOUCH),
@@ -85,38 +81,38 @@ def test_contact_and_data_that_end_are_read_from_kinds() -> None:
 
 
 def test_loads_that_wander_gain_nothing_on_finer_meshes() -> None:
-    seen = expected(replace(FIRST, iterations=40), 0.02, 1e-2)
+    seen = predicted(replace(FIRST, iterations=40), 0.02, 1e-2)
     assert seen.error == 0.02 and "cannot be reached" in sentence(seen.notes[0])
 
 
 def test_of_a_table_two_loads_are_compared() -> None:
     """The rest stays on two meshes, and is a little cheaper than the largest."""
-    whole, once = expected(FIRST, 0.02, 0.014, 12), expected(FIRST, 0.02, 0.02)
+    whole, once = predicted(FIRST, 0.02, 0.014, 12), predicted(FIRST, 0.02, 0.02)
     assert 5e-3 < whole.error < 0.014 and 6.0 * once.seconds < whole.seconds < 18.0 * once.seconds
 
 
 def test_of_a_table_that_cannot_be_reached_three_meshes_are_compared() -> None:
     """Four for a small tolerance; loads that wander are none the worse."""
-    whole, wandering = (expected(each, 0.1, 1.3e-2, 12) for each in (FIRST, replace(FIRST, iterations=40)))
+    whole, wandering = (predicted(each, 0.1, 1.3e-2, 12) for each in (FIRST, replace(FIRST, iterations=40)))
     assert wandering.error == whole.error > 0.03 and "cannot be reached" in sentence(wandering.notes[0])
-    beyond = expected(FIRST, 0.1, 1e-3, 12)
+    beyond = predicted(FIRST, 0.1, 1e-3, 12)
     assert beyond.error > 2.5e-2 and beyond.seconds > whole.seconds
 
 
 def test_of_a_table_whose_largest_load_touches_its_error_stands() -> None:
     """Loads in contact are not compared."""
     touching = replace(FIRST, notes=(Note.of(NoteKind.FACE_TOUCHES, surface="sides"),))
-    assert expected(touching, 0.1, 1.3e-2, 12).error == 0.1 > expected(FIRST, 0.1, 1.3e-2, 12).error
+    assert predicted(touching, 0.1, 1.3e-2, 12).error == 0.1 > predicted(FIRST, 0.1, 1.3e-2, 12).error
 
 
 def test_of_a_table_a_fourth_mesh_counts_where_it_promises_the_tolerance() -> None:
     """Else three are compared, unless small tolerances are asked for."""
-    three, four, missed = (expected(FIRST, error, 1e-2, 12) for error in (0.024, 0.034, 0.037))
+    three, four, missed = (predicted(FIRST, error, 1e-2, 12) for error in (0.024, 0.034, 0.037))
     assert three.seconds == missed.seconds < four.seconds and four.error < 1e-2 < missed.error
 
 
 def test_layers_in_the_plane_have_finer_meshes_for_less() -> None:
-    flat = expected(replace(FIRST, model="planar"), 0.02, 1e-3)
+    flat = predicted(replace(FIRST, model="planar"), 0.02, 1e-3)
     assert flat.error < 1e-3 and flat.notes == ()
 
 
@@ -124,7 +120,7 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
     """Unknowns within a quarter, more for the whole pad, increments by linear theory, contact by what is displaced."""
     block = block_pad(load_sensor("biorob2018"), 1e-2)
     real = [len(block.half[0].maker(level).free) for level in (0, 1)]
-    monkeypatch.setattr("sits_mech.mechanics.block.bonded_block", None)
+    monkeypatch.setattr("sits_mech.mechanics.pad.families.bonded_block", None)
     small, large = (forecast_load(load_sensor("biorob2018"), [Wrench(F_x=force)]) for force in (0.1, 3.0))
     assert [own / true for own, true in zip(small.unknowns, real, strict=True)] == pytest.approx([1.0, 1.0], abs=0.25)
     assert small.increments == 1 < large.increments and small.seconds < large.seconds < large.most
@@ -137,8 +133,8 @@ def test_a_load_is_counted_before_anything_is_meshed(monkeypatch: pytest.MonkeyP
 
 def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """A plan of such a load meshes a pad once, for what its target bends; its seconds are those said first."""
-    made, bonded_block = list[object](), block.bonded_block
-    monkeypatch.setattr(block, "bonded_block", lambda *args, **more: made.append(args) or bonded_block(*args, **more))
+    made, bonded_block = list[object](), families.bonded_block
+    monkeypatch.setattr(families, "bonded_block", lambda *of, **more: made.append(of) or bonded_block(*of, **more))
     sensor, load = load_sensor("biorob2018", ["elastomer.thickness=50e-6", "elastomer.standoff=0"]), Wrench(1.0, 2.0)
     seconds, counts = planned_seconds(sensor, [load])
     found = plan(sensor, [load])

@@ -36,6 +36,16 @@ def test_error_of_one_division_goes_with_the_square_of_its_cells():
     assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(4.0, rel=0.25)
 
 
+def test_currents_are_those_of_a_division_and_the_next_coarser_one():
+    """In all four quadrants, each bar once."""
+    plate = prepare_plate((8e-3, 0.2e-3), 5.8e7, RESOLUTION, Lengths(2e-3, 2e-3, 0.9e-3))
+    for finest in (0, 1):
+        places, rows = plate.currents(2 * np.pi * 5e3, finest)
+        counts = [4 * plate.cells[level].x.size for level in (finest, finest + 1)]
+        assert places.size == len(rows) == sum(counts)
+        assert [len(np.unique(part.round(12))) for part in np.split(places, counts[:1])] == counts
+
+
 @pytest.mark.parametrize("grain", [1.0, 0.2, 0.17])
 def test_bars_are_counted_without_dividing(grain):
     lengths = Lengths(grain, grain, 0.3)

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import element_stiffness
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.scene.sensor import load_sensor
 
 

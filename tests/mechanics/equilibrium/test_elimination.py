@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import meshes_in_line
 from sits_mech.mechanics.element.kernel import deformed, element_forces, element_stiffness
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
@@ -17,6 +16,7 @@ from sits_mech.mechanics.equilibrium.outcome import Path, aim_of
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.levels.answer import scaled_control
 from sits_mech.mechanics.levels.refine import nearly_at_rest
+from sits_mech.mechanics.pad.families import meshes_in_line
 from sits_mech.scene.sensor import load_sensor
 
 HELD = np.zeros(3, dtype=bool)

@@ -24,7 +24,8 @@ def solved(**more):
 def test_a_law_is_named_with_the_load_that_its_stretch_was_reached_under():
     """That of the coarse mesh, which got farther, is told once."""
     carried = Wrench(0.0, 11.0), Wrench(0.0, 0.5)
-    failed = path_failure(under(Wrench(0.0, 20.0)), solved(seen=0.5, carried=carried, limit_point=(0.55, 0.025)), "pad")
+    ended = solved(coarse_part=0.5, carried=carried, limit_point=(0.55, 0.025))
+    failed = path_failure(under(Wrench(0.0, 20.0)), ended, "pad")
     assert f"{TOLD}, under F_x = 0 N, F_z = 10 N, M = 0 N m on a coarse mesh" in str(failed)
     assert str(failed).count("1.556") == 1
     under_load = LAW.with_numbers(F_x=0.0, F_z=10.0, M=0.0)
@@ -35,6 +36,6 @@ def test_a_law_is_named_with_the_load_that_its_stretch_was_reached_under():
 
 
 def test_a_path_without_a_limit_says_how_far_a_coarse_mesh_got():
-    failed = path_failure(under(Wrench(2.0)), solved(seen=0.5), "layer")
+    failed = path_failure(under(Wrench(2.0)), solved(coarse_part=0.5), "layer")
     assert "no largest load was found: a coarse mesh could be followed to F_x = 1 N" in str(failed)
     assert failed.report.status == "load path ended" and Note.of(NoteKind.PATH_PART, part=0.225) in failed.report.notes

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.control import Control
-from sits_mech.mechanics.equilibrium.limit_point import PRECISE, pursued
+from sits_mech.mechanics.equilibrium.limit_point import PRECISE, _Bracket, _Place, pursued
 from sits_mech.mechanics.equilibrium.newton import (
     DESCENT,
     MOST,
@@ -205,3 +205,11 @@ def test_a_descent_next_to_a_saddle_is_lost_at_once() -> None:
     assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, False)
     assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8], False, True)  # rounding, once
     assert not _hopeless([1.0, 1.2e-4, 5.8e-4, 1.6e-3], False, True)  # farther off it is soon left: 1.8 N above
+
+
+def test_a_limit_lies_where_the_parabola_of_the_load_is_highest():
+    """With load 1/2 + 2 s - 3 s^2 by the length s: at s = 1/3, 5/6; or sooner where the stiffness vanishes before."""
+    here = _Place(None, 0.5, 1.0, 0.5, np.zeros(3))
+    for stiffness, root in ((1.0, 1.0 / 3.0), (-1.0, 1.0 / 3.0), (-9.0, 0.1)):
+        bracket = _Bracket(here, 1.0, -0.5, stiffness, PathEnd.TURNED)
+        assert bracket.root == pytest.approx(root) and bracket.value == pytest.approx(0.5 + 2.0 * root - 3.0 * root**2)

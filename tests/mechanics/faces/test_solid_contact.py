@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sits_mech.mechanics import block
 from sits_mech.mechanics.block import block_pad, solved_body
 from sits_mech.mechanics.element.kernel import element_forces
 from sits_mech.mechanics.element.target import moved
@@ -13,6 +12,7 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
 from sits_mech.mechanics.faces.contact import Contact
+from sits_mech.mechanics.pad import families
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.mechanics.pad.solid import bonded_block
 from sits_mech.notes import Note, NoteKind
@@ -186,7 +186,7 @@ def test_the_answer_hangs_on_the_contact_depth_less_than_its_error(depth, monkey
     """Half and twice of it, each answer on the meshes that get there."""
     sensor, wrench = scene((15, 15), (15, 15), 3.0), Wrench(F_z=55.0)
     found = block_pad(sensor).equilibrium(wrench)
-    monkeypatch.setattr(block, "PRESSED", depth)
+    monkeypatch.setattr(families, "PRESSED", depth)
     other = block_pad(sensor).equilibrium(wrench)
     assert abs(other.pose.d_v - found.pose.d_v) < found.error.d_v + other.error.d_v
 

@@ -1,5 +1,7 @@
 """Poses from levels: scales there and back, errors that fall with the tolerance, states that do not change with it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from sits_mech.mechanics.equilibrium.newton import smallest_eigenvalue, target_s
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance, unloaded
 from sits_mech.mechanics.layer import planar_layer
-from sits_mech.mechanics.levels.answer import errors_of, relative, scaled_control
+from sits_mech.mechanics.levels.answer import errors_of, extrapolated_equilibrium, relative, scaled_control
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
 from sits_mech.notes import NoteKind
@@ -61,6 +63,22 @@ def test_what_is_given_and_what_is_free():
 def test_words_of_a_load_leave_out_what_is_not_there():
     assert wrench_words({"F_x": 0.0, "F_z": 1.5, "M": 0.0, "F_y": 0.0}) == "F_x = 0 N, F_z = 1.5 N, M = 0 N m"
     assert wrench_words({"F_x": 0.1, "M_x": 2e-3}) == "F_x = 0.1 N, M_x = 0.002 N m"
+
+
+def test_a_level_on_which_the_target_does_not_settle_is_left_out():
+    """Its last move, in one component, is larger than the error of two levels: the pose is theirs."""
+    line = replace(planar_layer(pad(20, 15, 2), 1e-6).line, deepest=3)
+    levels, control = line[0], under(Wrench(100.0, 1500.0, 0.2))
+    held, end = scaled_control(levels.fine, line.scales, control)
+    path = Path((0.0 * end, end), held)
+    three = [advance(levels.maker(level), unloaded(levels.maker(level)), path) for level in range(3)]
+    pair = three[0].state, three[1].state
+    two, good, bad = (
+        extrapolated_equilibrium(replace(line, deepest=most), 0, control, pair, iter([replace(three[2], off=off)]))
+        for most, off in ((2, np.zeros(3)), (3, np.zeros(3)), (3, np.array([0.0, 0.5, 0.0])))
+    )
+    assert bad.pose == two.pose != good.pose and bad.error == two.error
+    assert good.report.estimated_error < two.report.estimated_error
 
 
 @pytest.fixture(scope="module")

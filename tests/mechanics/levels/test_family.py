@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.levels.family import extrapolated
 from sits_mech.mechanics.linear import linear_pad
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
 
 MM = 1e-3

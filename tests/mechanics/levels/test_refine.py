@@ -1,25 +1,22 @@
 """Refinement: levels until it is enough, states from the level before, what further levels say of the target."""
 
 from dataclasses import replace
-from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import pad_family
 from sits_mech.mechanics.element.kernel import deformation, element_forces
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.levels.refine import later_rests, prolonged, refine
-from sits_mech.notes import Note, NoteKind
+from sits_mech.mechanics.levels.refine import later_rests, prolonged, refined
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.scene.sensor import load_sensor
 
 NEO_HOOKEAN = 'elastomer.material={law="neo-hookean", shear_modulus=3e4, bulk_modulus=3e7}'
-LARGE = Note(NoteKind.MESH_TOO_LARGE)
 
 
 @pytest.fixture(scope="module")
@@ -28,17 +25,12 @@ def levels():
     return pad_family(load_sensor("biorob2018", ["target.load_height=0", NEO_HOOKEAN]))[0]
 
 
-@pytest.mark.parametrize(("wanted", "most", "held", "found", "note"), [
-    (3, 6, 9, 3, None), (0, 6, 9, 2, None), (9, 4, 9, 4, None), (9, 6, 3, 3, LARGE), (2, 6, 2, 2, None),
-])
-def test_levels_are_measured_until_it_is_enough(wanted, most, held, found, note):
-    """Two at least, as many as are wanted, no more than asked for, nor than memory holds, which is noted."""
-    family = SimpleNamespace(check_memory=lambda level: LARGE if level >= held else None)
-    assert refine(family, count(), lambda values: len(values) >= wanted, most) == (list(range(found)), note)
-
-
-def test_what_ends_by_itself_is_not_measured_further():
-    assert refine(SimpleNamespace(check_memory=lambda _: None), iter("ab"), lambda _: False, 9) == (["a", "b"], None)
+@pytest.mark.parametrize(("most", "held", "there", "found"), [(4, 9, 9, 4), (6, 3, 9, 3), (6, 9, 2, 2), (2, 9, 9, 2)])
+def test_levels_are_measured_one_after_the_other(most, held, there, found):
+    """Two at first; no more than asked for, than memory holds, or than there are; each is measured when it is taken."""
+    family, values = SimpleNamespace(check_memory=lambda level: level >= held), iter(range(there))
+    assert [list(each) for each in refined(family, values, most)] == [list(range(k)) for k in range(2, found + 1)]
+    assert next(values, None) == (None if found == there else found)
 
 
 def test_the_third_level_of_a_pull_is_reached_from_the_second():

@@ -25,7 +25,7 @@ def test_a_load_that_is_not_carried_is_looked_at_once_on_each_family(monkeypatch
         return calls[-1][1]
 
     monkeypatch.setattr(settle, "first_look", counted)
-    assert settle.settled(line, None, [control]).part < 1.0
+    assert settle.last_equilibrium(line, None, [control]).part < 1.0
     assert list(dict.fromkeys(number for number, _ in calls)) == list(range(4))
     assert len({id(look.state.u) for _, look in calls}) == 4
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sits_mech.mechanics.block import pad_family
+from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.mechanics.pad.planar import layer_family
 from sits_mech.mechanics.pad.solid import bonded_block, moved_block
 from sits_mech.scene.parameters import parameter

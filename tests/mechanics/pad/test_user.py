@@ -14,11 +14,12 @@ from skfem.io.meshio import to_meshio
 from sits_mech.chain.models import choose_mechanics
 from sits_mech.geometry.meshing.bricks import box_bricks
 from sits_mech.geometry.meshing.store import read_solid
-from sits_mech.mechanics.block import block_pad, meshes_in_line
+from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.element.target import bonded_displacement
 from sits_mech.mechanics.equilibrium.body import State, rest
 from sits_mech.mechanics.equilibrium.newton import newton, small_strain_compliance
 from sits_mech.mechanics.levels import settle
+from sits_mech.mechanics.pad.families import meshes_in_line
 from sits_mech.mechanics.pad.solid import bonded_block, solid
 from sits_mech.mechanics.pad.user import GROUPS, _level, mesh_notes, meshed_family
 from sits_mech.notes import Note, NoteKind
