@@ -51,15 +51,21 @@ def test_factorisations_of_a_load(
     assert all(min(1, up) <= own <= up for own, up in zip(counts_of(name, counted), most, strict=True))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "F_x", "F_z", "most"),
-    [("biorob2018-w15", 0.7, 2.8, (101, 12)), ("biorob2018", 0.4, 1.6, (102, 0))],
+    [
+        ("biorob2018-w15", 0.7, 2.8, (109, 20)),
+        pytest.param("biorob2018", 0.4, 1.6, (100, 22), marks=pytest.mark.slow),
+    ],
 )
 def test_factorisations_of_a_table(
     name: str, F_x: float, F_z: float, most: tuple[int, int], counted: list[int]
 ) -> None:
-    """Loads and tolerance by default: 98 with 9 of rims, and 99; none for what symmetry hides on the second mesh."""
+    """Loads and tolerance by default: 106 with 17 of rims, 97 with 19; none for what symmetry hides on the second mesh.
+
+    A load of each is compared on a third mesh, as the error of a tilt holds that a press opens edges: 0.63 mrad were
+    off where 0.36 were stated.
+    """
     forces = {"F_x": [F_x * k / 4 for k in range(-4, 5)], "F_z": [F_z * k / 8 for k in range(9)]}
     calibrate(load_sensor(name), **forces)
     assert not HIDDEN & set(counted)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from sits_mech.units import SLACK, SceneError, printable, shown
 Loop = tuple[tuple[float, float], ...]
 _KINDS = ("triangle", "quad")
 _CORNERS = 128  # of a circle
+_SYSTEM = r"[^,*\n]{16} {0,7}|(?=\w+\*)[^,\n]{24} {0,15}|[^,\n]*,[^,\n]*, *"  # small, large, free fields before it
+_PASSED_OVER = re.compile(rf"^(?:INCLUDE|(?=GRID|GRDSET)(?:{_SYSTEM})[1-9]).*", re.MULTILINE)
 
 
 def signed_area(loops: Array) -> Array:
@@ -135,9 +138,13 @@ def read_loops(path: str | Path, group: str | None = None) -> tuple[Loop, ...]:
 
 
 def read_mesh(path: str | Path) -> Any:
-    """Read a mesh by meshio; raise SceneError where meshio would print its reason and end the program."""
+    """Read a mesh by meshio; SceneError where meshio would print its reason and end the program, or misplace nodes."""
     import meshio
 
+    nastran = Path(path).is_file() and Path(path).suffix.lower() in (".bdf", ".fem", ".nas")
+    if nastran and (line := _PASSED_OVER.search(Path(path).read_text(errors="replace"))):
+        what = "must give all nodes itself, in the basic system, as meshio passes over others"
+        raise SceneError(f"{path}: {what}; got {' '.join(printable(line[0]).split())}")
     printed = io.StringIO()
     try:
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):

@@ -50,6 +50,23 @@ def test_mesh_of_a_scene_is_found_beside_it_and_kept_as_corners(name: str, area:
         load_sensor(scene)
 
 
+@pytest.mark.parametrize("line, came", [
+    ("GRID,1,7,0.,0.,0.", "GRID,1,7,"), ("GRID           1       7      0.      0.      0.", "GRID 1 7 "),
+    ("GRID*                  1               7              0.              0.", "GRID[*] 1 7 "),
+    ("GRDSET,,7", "GRDSET,,7"), ("INCLUDE 'cells.bdf'", "INCLUDE"), ("GRID,1,,0.,0.,0.", ""), ("GRID,1,0,0.,0.,0.", ""),
+    ("GRID           1              0.      0.      0.", "")])
+def test_a_nastran_file_gives_all_nodes_where_they_stand(line: str, came: str, tmp_path: Path) -> None:
+    """Systems of nodes and included files, which meshio passes over, are refused; the basic system is not."""
+    nodes = [f"GRID,{k},,{x},{y},0." for k, x, y in ((2, 1.0, 0.0), (3, 0.0, 1.0))]
+    plate = tmp_path / "plate.bdf"
+    plate.write_text("\n".join(["BEGIN BULK", line, *nodes, "CTRIA3,1,1,1,2,3", "ENDDATA", ""]))
+    if came:
+        with pytest.raises(SceneError, match=rf"plate.bdf: must give all nodes itself, .*; got {came}"):
+            read_loops(plate)
+    else:
+        assert abs(signed_area(np.array(read_loops(plate)[0]))) == 0.5
+
+
 def test_holes_come_with_an_outline() -> None:
     """In millimetres around the target's centre."""
     rim, hole = (tuple((1e-3 * x, 1e-3 * y) for x, y in loop) for loop in (SQUARE, HOLE))
