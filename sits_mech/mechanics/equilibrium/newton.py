@@ -169,10 +169,12 @@ def bonded_stiffness(body: Bonded, shapes: Array, even: Mask) -> Array:
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
-    """Return how far a second Newton step from rest moves q, and the smallest J before it; inf if inverted."""
+    """Return how far a second Newton step from rest moves q, zero if none is left, and J before it; inf if inverted."""
     here, aim = replace(rest(body), load=load), StepTarget(np.zeros(3, dtype=bool), np.zeros(3))
     for again in (False, True):
         found = residuals_of(body, here)
+        if _residual(body, here, found, aim) <= SETTLED:
+            return np.zeros(3), here.min_J
         factor = factored(body, here, found)
         if factor is None:
             break
@@ -189,8 +191,12 @@ def correction(body: Bonded, load: Array) -> tuple[Array, float]:
 
 
 def _residual(body: Bonded, here: State, found: Residuals, aim: StepTarget) -> float:
-    """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch."""
-    size = max(float(np.linalg.norm(here.load)), body.rounding)
+    """Return the norm of the gradient over the size of the load; inf beyond the law's locking stretch.
+
+    A load above the rounding of stresses that has moved nothing yet is not at rest, however small.
+    """
+    size, still = float(np.linalg.norm(here.load)), not here.q.any()
+    size = size if still and size > np.finfo(float).eps * body.laws.K.max() else max(size, body.rounding)
     left = math.hypot(np.linalg.norm(found.free), np.linalg.norm(found.target), found.shape) / size
     left += float(np.abs(aim.gap).max()) + abs(aim.ahead)
     return left if left > SETTLED or np.isfinite(found.energy) else np.inf
