@@ -9,8 +9,8 @@ other sixty, and compares predictions with results. Seconds are of processor tim
 
 Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
-Of a grid those loads count that a smooth map is solved at (maps/grid.py). Loads in contact are not compared
-(corrections.py): where faces touch under the largest load its error is that of the table.
+Of a grid those loads count that a smooth map is solved at (maps/grid.py). Loads in contact, or whose rims crease, are
+not compared (corrections.py): where the largest load is one, its error is that of the table.
 
 Before anything is solved a load is counted: the unknowns n of its first meshes, and its increments k by linear theory.
 Two meshes then take some
@@ -180,7 +180,7 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
         return count, 0.0, error
     if count > 1:
         left = zip(shares, (OF_ALL, FOURTH * OF_ALL), strict=False)
-        stays = float(touches(first))
+        stays = float(touches(first) or first.creased)
         ways = [(COMPARED, times, max(share, of_all, stays) * error) for (times, share), of_all in left]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]

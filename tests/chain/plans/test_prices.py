@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -103,10 +104,10 @@ def test_of_a_table_that_cannot_be_reached_three_meshes_are_compared() -> None:
     assert beyond.error > 2.5e-2 and beyond.seconds > whole.seconds
 
 
-def test_of_a_table_whose_largest_load_touches_its_error_stands() -> None:
-    """Loads in contact are not compared."""
-    touching = replace(FIRST, notes=(Note.of(NoteKind.FACE_TOUCHES, surface="sides"),))
-    assert expected(touching, 0.1, 1.3e-2, 12).error == 0.1 > expected(FIRST, 0.1, 1.3e-2, 12).error
+@pytest.mark.parametrize("more", [{"notes": (Note.of(NoteKind.FACE_TOUCHES, surface="sides"),)}, {"creased": True}])
+def test_of_a_table_whose_largest_load_is_not_compared_its_error_stands(more: dict[str, Any]) -> None:
+    """Those in contact are not, nor those whose rims crease: 0.5 N, 2 N of `biorob2018` is at 1.1 %."""
+    assert expected(replace(FIRST, **more), 0.1, 1.3e-2, 12).error == 0.1 > expected(FIRST, 0.1, 1.3e-2, 12).error
 
 
 def test_of_a_table_a_fourth_mesh_counts_where_it_promises_the_tolerance() -> None:
