@@ -180,7 +180,7 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
         return count, 0.0, error
     if count > 1:
         left = zip(shares, (OF_ALL, FOURTH * OF_ALL), strict=False)
-        stays = float(touches(first) or first.creased)
+        stays = float(first.creased | touches(first))
         ways = [(COMPARED, times, max(share, of_all, stays) * error) for (times, share), of_all in left]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]
