@@ -36,14 +36,15 @@ import numpy as np
 from sits_mech.cases import Progress, untold
 from sits_mech.mechanics.element.prolongation import Prolongation, along_family
 from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
-from sits_mech.mechanics.equilibrium.control import Control, Controlled
+from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
+from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import EARLY, Bends, Levels, Line, cache_changes, contact_depth, of_one_pad
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
 from sits_mech.mechanics.levels.load_path import depends_on_path
-from sits_mech.mechanics.levels.settle import finished, settled
+from sits_mech.mechanics.levels.settle import finished, path_failure, settled
 from sits_mech.mechanics.pad.shapes import GRADING, cells_of, crosses
 from sits_mech.mechanics.pad.solid import (
     Solid,
@@ -57,7 +58,7 @@ from sits_mech.mechanics.pad.solid import (
 )
 from sits_mech.mechanics.pad.stack import PRESSED
 from sits_mech.mechanics.pad.user import mesh_notes, meshed_family, meshed_share
-from sits_mech.quantities import Array, Equilibrium
+from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread, single_thread
@@ -139,6 +140,12 @@ class BlockPad(Controlled):
         report = replace(solved.found.report, model="block", seconds=time.process_time() - began, notes=notes)
         solved = solved._replace(found=replace(solved.found, report=report))
         return finished(line, control, solved, "pad", self.tolerance if self.goal is None else None)
+
+    @one_thread
+    def check_load(self, wrench: Wrench) -> None:
+        """Raise SolveFailed for a load in the plane, without friction, that the first level refuses as far beyond."""
+        if (beyond := overload_refusal(self.half, None, under(wrench))) is not None:
+            raise path_failure(under(wrench), beyond, "pad")
 
     @one_thread
     def in_time(self, history: LoadHistory, tell: Progress = untold) -> Motion:

@@ -32,6 +32,7 @@ from typing import NamedTuple
 
 from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.equilibrium.newton import LONGEST
+from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strains_of
 from sits_mech.mechanics.pad.shapes import shape_of
@@ -62,6 +63,7 @@ _ROUND = 24  # iterations of two meshes under a round shape on a cover
 _SIZE, _POWER = 3674, 0.6  # unknowns from which on an iteration takes longer for each of them, and how
 _BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a half circle
 _SOFTER = 8  # increments of a leg of a path with friction
+_QUICK = 1000  # unknowns of a first mesh on which a refusal takes 1.5 s at most: 130 iterations of 1.2e-5 s for each
 
 
 class LoadForecast(NamedTuple):
@@ -154,9 +156,30 @@ def expected_for(
     try:
         found = layer.rough.equilibrium(load)
     except SolveFailed as failure:
-        note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
-        return Expected(float("inf"), _seconds(failure.report), (note,))
+        return _not_carried(failure)
     return expected(found.report, measure(found), tolerance)
+
+
+def refused_or(ahead: LoadForecast, sensor: Sensor, load: Wrench) -> Expected | LoadForecast:
+    """Return what to expect of a load that the first mesh of a pad refuses; the counts `ahead` of any other.
+
+    Those of dear meshes, and of loads out of the plane or with friction, too.
+    """
+    from sits_mech.mechanics.block import block_pad
+
+    quick = ahead.unknowns[0] <= _QUICK and shape_on_cover(sensor) is None
+    try:
+        if quick and not (load.out_of_plane or depends_on_path(sensor)):
+            block_pad(sensor).check_load(load)
+    except SolveFailed as failure:
+        return _not_carried(failure)
+    return ahead
+
+
+def _not_carried(failure: SolveFailed) -> Expected:
+    """Return what to expect of a load that is refused."""
+    note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
+    return Expected(math.inf, _seconds(failure.report), (note,))
 
 
 def expected(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Expected:

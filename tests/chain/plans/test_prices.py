@@ -149,6 +149,14 @@ def test_what_is_dear_is_counted_not_looked_at(monkeypatch: pytest.MonkeyPatch) 
     assert [name for name, _ in both] == ["planar", "planar"] and both[:1] == alone
 
 
+def test_a_dear_load_that_the_first_mesh_refuses_is_planned_with_the_largest_that_holds() -> None:
+    """14 N of shear on `biorob2018-w15`, whose data end at 1.35 N; 2 N is carried."""
+    sensor = load_sensor("biorob2018-w15")
+    far, near = (plan(sensor, [Wrench(F_x=force)]) for force in (14.0, 2.0))
+    assert far.error == math.inf and "within the silicone's data up to F_x = 1.35" in sentence(far.notes[0])
+    assert near.error < 0.1 and far.steps[0].seconds < near.steps[0].seconds
+
+
 def test_a_shape_on_a_cover_is_counted_on_its_own_meshes() -> None:
     """A flat one by fewer iterations than a round one; none of a bare target, or of a pressure, which is no contact."""
     disc = ['target={material="copper", shape="disc", diameter="8 mm", thickness="0.2 mm"}',
