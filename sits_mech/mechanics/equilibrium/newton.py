@@ -58,8 +58,8 @@ STANDS = "%d unknowns: at rest under %.0f %% of the load after %d iterations"
 _LOG = logging.getLogger(__name__)
 _NEAR = 3e-3  # residual below which the target's stiffness by the last factor is taken as that at rest
 _AGAIN = 0.1  # share of the residual that a step with an older factor must leave at most for the factor to serve on
-_PATIENCE = 8, 4  # iterations after which the residual must lie below its first value, and at a point of a path: there
-# of 21 loads on five pads 191 of 195 that came to rest lay below, of those that were lost 47 of 52 above
+_PATIENCE = 8, 4  # iterations after which the residual must lie below its first value, and at a point of a path without
+# contact: there of 21 loads on five pads 191 of 195 that came to rest lay below, of those that were lost 47 of 52 above
 _PACE = (1e-5, 3.3e-5)  # s that an iteration takes for an unknown, of sections and solids: 0.6 to 1.5, 1.1 to 3.2 seen
 _GIVEN = 1.0 / 3.0  # of the limit of time, what a path is given before its pace is looked at
 _LEAST_CLEAR = 0.1  # last step over the displacement beyond which a target that is nearly at rest is lost
@@ -92,7 +92,7 @@ def newton(
     found, off, near, left = residuals_of(body, here), np.full(body.components, np.inf), np.inf, list[float]()
     factor: Factor | None = None
     length = part = taken = lift = 0.0
-    nearly = steps.enough is not None
+    nearly, way_on = steps.enough is not None, (body.slips | body.meets(end), arc is not None and not body.parts)
     most = 2 * MOST if steps.falling and not nearly else MOST
     for count in range(most + 1):
         aim = aim_of(here, end if arc is None else end + part * arc.slope, held, arc)
@@ -100,7 +100,7 @@ def newton(
         here = replace(here, residual=left[-1], iterations=count)
         _LOG.info("%d unknowns: forces out of balance by %.1g after %d iterations", len(body.free), left[-1], count)
         moved = max(body.length(off), lift)
-        if count == most or _done(steps, left, (moved, taken), (body.slips | body.meets(end), arc is not None)):
+        if count == most or _done(steps, left, (moved, taken), way_on):
             break
         if factor is None or nearly or near > _NEAR or left[-1] > _AGAIN * left[-2]:
             factor = None  # its memory is needed for the next one
@@ -214,7 +214,7 @@ def _done(steps: Steps, left: list[float], last: tuple[float, float], way: tuple
 def _hopeless(left: list[float], way: tuple[bool, bool], falling: bool) -> bool:
     """Whether residuals do not converge: not finite or, unless points slip or meet a shape, no smaller after some.
 
-    `way`: whether any do, and whether it is to a point of a path.
+    `way`: whether any do, and whether it is to a point of a path without contact.
 
     Close to a saddle a descent turns its steps round, which double a residual: 8 times from the square of what is near.
     """
