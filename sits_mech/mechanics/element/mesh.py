@@ -208,7 +208,11 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
         raise ValueError("mesh: must hold the gradients at its nodes")
     at = [int(np.argmin(np.sum((mesh.nodes - corner) ** 2, axis=1))) for corner in corners]
     split, place = np.nonzero(np.isin(mesh.cells[:, :4], at))
-    triangles = _triangles(mesh.cells[split], place)
+    around, cells = (place[:, None] + np.arange(4)) % 4, mesh.cells[split]
+    tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
+    to_A, to_far, from_far, to_C = np.take_along_axis(cells, 4 + around, axis=1).T
+    first = np.stack([tip, A, far, to_A, to_far, cells[:, 8]], axis=1)  # tip, both ends, and the middles between them
+    triangles = np.concatenate([first, np.stack([tip, far, C, cells[:, 8], from_far, to_C], axis=1)])
     new = mesh.nodes[triangles[:, [0, 0, 1, 2]]].mean(axis=1)
     tip, A, C, to_A, AC, to_C = triangles.T
     middle = len(mesh.nodes) + np.arange(len(new))
@@ -223,16 +227,6 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
     )
     cells = np.concatenate([mesh.cells[kept], halves])
     return MixedMesh(nodes, cells, next(both), np.concatenate([mesh.chi[kept], chi]), next(both), flat)
-
-
-def _triangles(cells: Integers, place: Integers) -> Integers:
-    """Return the nodes (O, A, C, middles of OA, AC, OC) of the halves of cells with a corner O at a place in them."""
-    around = (place[:, None] + np.arange(4)) % 4
-    tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
-    to_A, to_far, from_far, to_C = np.take_along_axis(cells, 4 + around, axis=1).T
-    middle = cells[:, 8]
-    first = np.stack([tip, A, far, to_A, to_far, middle], axis=1)
-    return np.concatenate([first, np.stack([tip, far, C, middle, from_far, to_C], axis=1)])
 
 
 def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
