@@ -218,7 +218,12 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
     middle = len(mesh.nodes) + np.arange(len(new))
     halves = np.stack([tip, A, C, tip, to_A, AC, to_C, tip, middle], axis=1)
     kept = np.delete(np.arange(len(mesh.cells)), split)
-    inside, chi, nodal = _collapsed(mesh.nodes[triangles[:, :3]])
+    ends = mesh.nodes[triangles[:, :3]]
+    slope, area, places = _gradients(ends, *GAUSS)
+    inside = Points(slope, area * GAUSS_WEIGHTS)
+    chi = pressures(np.moveaxis(places, -1, 0), inside.weights)
+    even = np.repeat(inside.weights.sum(axis=1)[:, None] / 9.0, 9, axis=1)
+    nodal = Points(_gradients(ends, *NODES)[0], even)
     nodes = np.concatenate([mesh.nodes, new])
     flat = None if mesh.flat is None else np.concatenate([mesh.flat, new])  # cells that are split are rectangles
     both = (
@@ -227,15 +232,6 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
     )
     cells = np.concatenate([mesh.cells[kept], halves])
     return MixedMesh(nodes, cells, next(both), np.concatenate([mesh.chi[kept], chi]), next(both), flat)
-
-
-def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
-    """Return quadrature points, pressures and nodes of collapsed cells from corners O, A, C, shape (h, 3, 2)."""
-    slope, area, places = _gradients(corners, *GAUSS)
-    weights = area * GAUSS_WEIGHTS
-    nodal = np.repeat(weights.sum(axis=1)[:, None] / 9.0, 9, axis=1)
-    chi = pressures(np.moveaxis(places, -1, 0), weights)
-    return Points(slope, weights), chi, Points(_gradients(corners, *NODES)[0], nodal)
 
 
 def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Array]:
