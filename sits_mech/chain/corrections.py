@@ -87,7 +87,10 @@ def corrected_loads(
     own = list(fine)
     D, E, a = finer_poses - poses[own], errors[own], added[own]
     seen = np.abs(way[own]) > _TENTH * np.abs(way).max(axis=0)
-    alike = _nearness(way, own)[..., None] * (E > 0.0) * (seen | ~seen.any(axis=0))  # (n, m, 6)
+    part = np.abs(way) / np.maximum(np.abs(way).max(axis=0), 1e-300)
+    near = 1.0 / np.maximum(np.sum((part[:, None] - part[own]) ** 2, axis=2), _STILL**2)  # how alike they move, (n, m)
+    near /= near.sum(axis=1, keepdims=True)
+    alike = near[..., None] * (E > 0.0) * (seen | ~seen.any(axis=0))  # (n, m, 6)
     share = np.sum(alike * D * a, axis=1) / np.maximum(np.sum(alike * E**2, axis=1), 1e-300)
     left = np.abs(D - share[:, None] * a) + _LEFT * finer_errors
     each = left / np.maximum(E, 1e-300) * (E > 0.0)
@@ -119,14 +122,6 @@ def mild_load(settled: Mapping[Wrench, Settled], levers: Array, at_rest: Array) 
         return None
     far = rests[int(np.argmax((way / np.maximum(way.max(axis=0), 1e-300)).sum(axis=1)))]
     return Wrench(*(_MILD * far.wrench.components).tolist())
-
-
-def _nearness(way: Array, fine: list[int]) -> Array:
-    """Return weights of compared loads by how alike to them others move the target, shape (n, m), one in all."""
-    own = np.abs(way) / np.maximum(np.abs(way).max(axis=0), 1e-300)
-    square = np.sum((own[:, None] - own[fine]) ** 2, axis=2)
-    weights = 1.0 / np.maximum(square, _STILL**2)
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 def _beyond_compared(errors: Array, way: Array, fine: list[int]) -> Array:

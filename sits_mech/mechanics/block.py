@@ -35,10 +35,11 @@ import numpy as np
 
 from sits_mech.cases import Progress, no_progress
 from sits_mech.mechanics.equilibrium.body import Bonded, pack_state
-from sits_mech.mechanics.equilibrium.control import Control, Controlled
+from sits_mech.mechanics.equilibrium.control import Control, Controlled, under
 from sits_mech.mechanics.foil.bent import Bending
 from sits_mech.mechanics.histories import LoadHistory, Motion
 from sits_mech.mechanics.levels.answer import starts
+from sits_mech.mechanics.levels.beyond import overload_refusal
 from sits_mech.mechanics.levels.family import Line
 from sits_mech.mechanics.levels.gradient import PoseSlopes, equilibrium_slopes, solved_family
 from sits_mech.mechanics.levels.in_time import motion_in_time
@@ -47,7 +48,7 @@ from sits_mech.mechanics.levels.settle import last_equilibrium, path_failure
 from sits_mech.mechanics.pad.families import meshes_in_line
 from sits_mech.mechanics.pad.solid import ignored_edge, mirrored, pad_parts, pad_scales
 from sits_mech.mechanics.pad.user import mesh_notes
-from sits_mech.quantities import Array, Equilibrium
+from sits_mech.quantities import Array, Equilibrium, Wrench
 from sits_mech.scene.parameters import Parameter
 from sits_mech.scene.sensor import Sensor
 from sits_mech.threads import one_thread, single_thread
@@ -123,6 +124,12 @@ class BlockPad(Controlled):
             raise path_failure(control, solved, "pad")
         found = solved.found if self.bends is None else self.bends.bent(line, control, solved.found)
         return found if self.goal is not None else replace(found, report=found.report.judged(self.tolerance))
+
+    @one_thread
+    def check_load(self, wrench: Wrench) -> None:
+        """Raise SolveFailed for a load in the plane, without friction, that the first level refuses as far beyond."""
+        if (beyond := overload_refusal(self.half, None, under(wrench))) is not None:
+            raise path_failure(under(wrench), beyond, "pad")
 
     @one_thread
     def in_time(self, history: LoadHistory, progress: Progress = no_progress) -> Motion:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sits_mech.mechanics.block import block_pad
+from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.linear import linear_layer, linear_pad, small_strain
 from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.scene.sensor import Elastomer, Target, load_sensor
@@ -82,6 +83,16 @@ def test_small_loads_are_those_of_finite_strain(wrench):
     allowed = (small.error.components + full.error.components)[:3] * lever
     assert np.max(away) < np.max(allowed)
     assert small.report.model == "linear" and small.report.estimated_error < 0.03
+
+
+@pytest.mark.parametrize("make", [small_strain, planar_layer])
+@pytest.mark.parametrize("load", [Wrench(F_z=1e-12), Wrench(F_x=1e-12)])
+def test_the_smallest_loads_are_answered_as_well_as_larger_ones(make, load):
+    """The error is over the displacement, and rounding is not in it: 1e-12 N and 1e-6 N alike."""
+    model = make(load_sensor("biorob2018"), 1e-2)
+    least, more = (model.equilibrium(each) for each in (load, Wrench(1e6 * load.F_x, 1e6 * load.F_z)))
+    assert least.report.estimated_error == pytest.approx(more.report.estimated_error, rel=1e-4)
+    assert least.error.components == pytest.approx(1e-6 * more.error.components, rel=1e-4)
 
 
 @pytest.mark.slow

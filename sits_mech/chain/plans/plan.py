@@ -20,7 +20,15 @@ from sits_mech.chain.models import (
 from sits_mech.chain.omitted.mechanical import mechanical_omissions
 from sits_mech.chain.plans.aimed import aimed_mechanics
 from sits_mech.chain.plans.goal import HALF, goal_of
-from sits_mech.chain.plans.prices import LoadForecast, Prediction, first_rest, forecast_load, forecast_touch, predicted
+from sits_mech.chain.plans.prices import (
+    LoadForecast,
+    Prediction,
+    first_rest,
+    forecast_load,
+    forecast_touch,
+    predicted,
+    refused_or,
+)
 from sits_mech.chain.propagation import poses_of, unloaded_pose
 from sits_mech.chain.rests import check_way
 from sits_mech.description import Description, Question, sized
@@ -297,11 +305,12 @@ def _forecast(
 ) -> Prediction | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
-    Its counts where these meshes are dear, and of a shape on a cover, whose strain has no bound.
+    Its counts where these meshes are dear and the first does not refuse it, and of a shape on a cover, whose strain has
+    no bound.
     """
     ahead = counted_cost(sensor, choice, loads)
     if ahead is not None and ahead.seconds > _LOOKED * (shape_on_cover(sensor) is None):
-        return ahead
+        return refused_or(ahead, sensor, *on_target(sensor, loads))
     if choice is None or len(loads) != 1 or strain_bound(sensor, loads) == math.inf:
         return None
     first = first_rest(touched(MECHANICS[choice.name](sensor, tolerance), sensor), loads[0])

@@ -9,8 +9,8 @@ other sixty, and compares predictions with results. Seconds are of processor tim
 
 Rims in space that crease take no third mesh (`Levels.creased`, by J on two).
 
-Of a grid those loads count that a smooth map is solved at (maps/grid.py). Loads in contact are not compared
-(corrections.py): where faces touch under the largest load its error is that of the table.
+Of a grid those loads count that a smooth map is solved at (maps/grid.py). Loads in contact, or whose rims crease, are
+not compared (corrections.py): where the largest load is one, its error is that of the table.
 
 Before anything is solved a load is counted: the unknowns n of its first meshes, and its increments k by linear theory.
 Two meshes then take some
@@ -32,6 +32,7 @@ from typing import NamedTuple
 
 from sits_mech.mechanics.closed_form import plain_pad
 from sits_mech.mechanics.equilibrium.newton import LONGEST
+from sits_mech.mechanics.levels.load_path import depends_on_path
 from sits_mech.mechanics.loads import RefinedModel
 from sits_mech.mechanics.models import strains_of
 from sits_mech.mechanics.pad.families import pad_family
@@ -64,6 +65,7 @@ _ROUND = 24  # iterations of two meshes under a round shape on a cover
 _SIZE, _POWER = 3674, 0.6  # unknowns from which on an iteration takes longer for each of them, and how
 _BULGED = math.pi / 8.0  # of the thickness squared, what a wall bulges by to a half circle
 _SOFTER = 8  # increments of a leg of a path with friction
+_QUICK = 1000  # unknowns of a first mesh on which a refusal takes 1.5 s at most: 130 iterations of 1.2e-5 s for each
 
 
 class LoadForecast(NamedTuple):
@@ -149,8 +151,29 @@ def first_rest(layer: MechanicalModel, load: Wrench) -> Equilibrium | Prediction
     try:
         return layer.rough.equilibrium(load)
     except SolveFailed as failure:
-        note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
-        return Prediction(float("inf"), _seconds(failure.report), (note,))
+        return _not_carried(failure)
+
+
+def refused_or(ahead: LoadForecast, sensor: Sensor, load: Wrench) -> Prediction | LoadForecast:
+    """Return what to expect of a load that the first mesh of a pad refuses; the counts `ahead` of any other.
+
+    Those of dear meshes, and of loads out of the plane or with friction, too.
+    """
+    from sits_mech.mechanics.block import block_pad
+
+    quick = ahead.unknowns[0] <= _QUICK and shape_on_cover(sensor) is None
+    try:
+        if quick and not (load.out_of_plane or depends_on_path(sensor)):
+            block_pad(sensor).check_load(load)
+    except SolveFailed as failure:
+        return _not_carried(failure)
+    return ahead
+
+
+def _not_carried(failure: SolveFailed) -> Prediction:
+    """Return what to expect of a load that is refused."""
+    note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
+    return Prediction(math.inf, _seconds(failure.report), (note,))
 
 
 def predicted(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Prediction:
@@ -174,7 +197,7 @@ def further(first: SolveReport, error: float, tolerance: float, count: int) -> t
         return count, 0.0, error
     if count > 1:
         left = zip(shares, (OF_ALL, FOURTH * OF_ALL), strict=False)
-        stays = float(touches(first))
+        stays = float(first.creased | touches(first))
         ways = [(COMPARED, times, max(share, of_all, stays) * error) for (times, share), of_all in left]
     elif first.iterations > _WANDERED:
         ways = [(count, shares[0][0], error)]

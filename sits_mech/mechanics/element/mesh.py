@@ -208,13 +208,22 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
         raise ValueError("mesh: must hold the gradients at its nodes")
     at = [int(np.argmin(np.sum((mesh.nodes - corner) ** 2, axis=1))) for corner in corners]
     split, place = np.nonzero(np.isin(mesh.cells[:, :4], at))
-    triangles = _triangles(mesh.cells[split], place)
+    around, cells = (place[:, None] + np.arange(4)) % 4, mesh.cells[split]
+    tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
+    to_A, to_far, from_far, to_C = np.take_along_axis(cells, 4 + around, axis=1).T
+    first = np.stack([tip, A, far, to_A, to_far, cells[:, 8]], axis=1)  # tip, both ends, and the middles between them
+    triangles = np.concatenate([first, np.stack([tip, far, C, cells[:, 8], from_far, to_C], axis=1)])
     new = mesh.nodes[triangles[:, [0, 0, 1, 2]]].mean(axis=1)
     tip, A, C, to_A, AC, to_C = triangles.T
     middle = len(mesh.nodes) + np.arange(len(new))
     halves = np.stack([tip, A, C, tip, to_A, AC, to_C, tip, middle], axis=1)
     kept = np.delete(np.arange(len(mesh.cells)), split)
-    inside, chi, nodal = _collapsed(mesh.nodes[triangles[:, :3]])
+    ends = mesh.nodes[triangles[:, :3]]
+    slope, area, places = _gradients(ends, *GAUSS)
+    inside = Points(slope, area * GAUSS_WEIGHTS)
+    chi = pressures(np.moveaxis(places, -1, 0), inside.weights)
+    even = np.repeat(inside.weights.sum(axis=1)[:, None] / 9.0, 9, axis=1)
+    nodal = Points(_gradients(ends, *NODES)[0], even)
     nodes = np.concatenate([mesh.nodes, new])
     flat = None if mesh.flat is None else np.concatenate([mesh.flat, new])  # cells that are split are rectangles
     both = (
@@ -223,25 +232,6 @@ def fanned(mesh: MixedMesh, corners: Array) -> MixedMesh:
     )
     cells = np.concatenate([mesh.cells[kept], halves])
     return MixedMesh(nodes, cells, next(both), np.concatenate([mesh.chi[kept], chi]), next(both), flat)
-
-
-def _triangles(cells: Integers, place: Integers) -> Integers:
-    """Return the nodes (O, A, C, middles of OA, AC, OC) of the halves of cells with a corner O at a place in them."""
-    around = (place[:, None] + np.arange(4)) % 4
-    tip, A, far, C = np.take_along_axis(cells, around, axis=1).T
-    to_A, to_far, from_far, to_C = np.take_along_axis(cells, 4 + around, axis=1).T
-    middle = cells[:, 8]
-    first = np.stack([tip, A, far, to_A, to_far, middle], axis=1)
-    return np.concatenate([first, np.stack([tip, far, C, middle, from_far, to_C], axis=1)])
-
-
-def _collapsed(corners: Array) -> tuple[Points, Array, Points]:
-    """Return quadrature points, pressures and nodes of collapsed cells from corners O, A, C, shape (h, 3, 2)."""
-    slope, area, places = _gradients(corners, *GAUSS)
-    weights = area * GAUSS_WEIGHTS
-    nodal = np.repeat(weights.sum(axis=1)[:, None] / 9.0, 9, axis=1)
-    chi = pressures(np.moveaxis(places, -1, 0), weights)
-    return Points(slope, weights), chi, Points(_gradients(corners, *NODES)[0], nodal)
 
 
 def _gradients(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array, Array]:

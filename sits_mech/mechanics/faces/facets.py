@@ -127,7 +127,12 @@ def nearest(x: Array, corners: Array) -> Array:
     """Return the corner weights (n, d) of the points nearest to x (n, d) on facets of corners (n, d, d)."""
     if corners.shape[1] == 2:
         return _on_segment(x, corners)
-    weights = _in_plane(x, corners)
+    a, b, r = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
+    aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
+    ra, rb = (r * a).sum(axis=1), (r * b).sum(axis=1)
+    det = np.maximum(aa * bb - ab * ab, 1e-300)
+    s, t = (bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det
+    weights = np.stack([1.0 - s - t, s, t], axis=1)  # of the nearest points in the planes of triangles
     outside = np.flatnonzero(np.any(weights <= 0.0, axis=1))
     best = np.full(len(outside), np.inf)
     for sides in ([0, 1], [1, 2], [2, 0]):
@@ -156,13 +161,3 @@ def _on_segment(x: Array, ends: Array) -> Array:
     s = ((x - ends[:, 0]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-300)
     s = np.clip(s, 0.0, 1.0)
     return np.stack([1.0 - s, s], axis=1)
-
-
-def _in_plane(x: Array, corners: Array) -> Array:
-    """Return the weights of the nearest points in the planes of triangles."""
-    a, b, r = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
-    aa, ab, bb = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
-    ra, rb = (r * a).sum(axis=1), (r * b).sum(axis=1)
-    det = np.maximum(aa * bb - ab * ab, 1e-300)
-    s, t = (bb * ra - ab * rb) / det, (aa * rb - ab * ra) / det
-    return np.stack([1.0 - s - t, s, t], axis=1)

@@ -157,7 +157,10 @@ def equilibrium_slopes(family: Family, found: Equilibrium, parameters: Sequence[
     scales, beyond = family.scales(family.sensor), _beyond(family, found, levels)
     compliance = _limit(family, levels, by_load, scales.lengths[:, None] / scales.loads, beyond)
     pose, error = _limit(family, levels, by_each, scales.lengths[:, None], beyond)
-    pose += _of_scales(family, found, stencils)
+    q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
+    for column, stencil in enumerate(stencils):  # what the motion's units change
+        moved = (weight * family.scales(sensor).pose(q).components for sensor, _, weight in stencil.places)
+        pose[:, column] += stencil.own * scales.pose(q).components + sum(moved)
     unknown = _unknown(levels)
     for each in compliance:
         each[unknown] = each[:, unknown] = np.nan
@@ -270,17 +273,6 @@ def _by_each(family: Family, number: int, found: Equilibrium, level: _Level, ste
             work = work + weight * level.work(body, family.scales(sensor).load(found.wrench)[:k])
         increments[:k, column] = -solve(level.S, work)
     return increments
-
-
-def _of_scales(family: Family, found: Equilibrium, stencils: Sequence[SceneStencil]) -> Array:
-    """Return the derivatives of the motion's units, shape (6, n) [m, rad]."""
-    scales = family.scales(family.sensor)
-    q = (found.pose.components - scales.pose(np.zeros(6)).components) / scales.lengths
-    slopes = np.zeros((6, len(stencils)))
-    for column, stencil in enumerate(stencils):
-        moved = (weight * family.scales(sensor).pose(q).components for sensor, _, weight in stencil.places)
-        slopes[:, column] = stencil.own * scales.pose(q).components + sum(moved)
-    return slopes
 
 
 def _beyond(family: Family, found: Equilibrium, levels: Sequence[_Level]) -> float:

@@ -59,7 +59,11 @@ def cell_lines(cells: Cells, split: int, layers: int) -> tuple[Array, Array, Arr
     )
     around, whole = (PlateOutline(size[0], size[1], False) for size in (np.abs(ends).max(axis=(0, 1)), half))
     low = low_corner(around, whole) or any(_is_near(slot, cells) for slot in cells.slots)
-    return x, y, lines_through(*way[:2], low, layers, _levels_between(cells), covering(cells.sensor))
+    between = list(interfaces(pad))  # where layers meet, and the bottoms of slots
+    for height in (slot.bottom(pad) for slot in cells.slots):
+        if height > ONE:
+            between = [each for each in between if abs(each.height - height) > ONE] + [Interface(height, True)]
+    return x, y, lines_through(*way[:2], low, layers, tuple(sorted(between)), covering(cells.sensor))
 
 
 class _Cut(NamedTuple):
@@ -79,15 +83,6 @@ def _is_near(slot: Slot, cells: Cells) -> bool:
     """Return whether a slot goes through the pad so near a target that the corner at its foot is graded, too."""
     aside = np.abs(scaled_ends(cells)[:, :, slot.axis, None] - slot.ends / cells.pad.thickness).min()
     return slot.bottom(cells.pad) <= ONE and bool(aside < NEAR)
-
-
-def _levels_between(cells: Cells) -> tuple[Interface, ...]:
-    """Return where layers meet, and the bottoms of slots, from the ground up."""
-    found = list(interfaces(cells.pad))
-    for height in (slot.bottom(cells.pad) for slot in cells.slots):
-        if height > ONE:
-            found = [each for each in found if abs(each.height - height) > ONE] + [Interface(height, True)]
-    return tuple(sorted(found))
 
 
 def _lines_across(

@@ -31,6 +31,7 @@ from sits_mech.quantities import SolveFailed, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import load_sensor
 
+ON, TO_A_POINT = (False, False), (False, True)
 MU, C10, C20 = 3e4, 1.5e4, -3e3
 NEO_HOOKEAN = f'elastomer.material={{law="neo-hookean", shear_modulus={MU}, bulk_modulus=3e7}}'
 SOFTENS = f'elastomer.material={{law="yeoh", c10={C10}, c20={C20}, c30=0.0, bulk_modulus=3e7}}'
@@ -201,10 +202,17 @@ def test_a_descent_rests_at_edges_where_steps_wander(F_x: float, least: float) -
 
 def test_a_descent_next_to_a_saddle_is_lost_at_once() -> None:
     """`biorob2018` under 1 N from where milder loads lead: it doubled 4e-8 eighteen times, and was lost then."""
-    assert _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, True)
-    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], False, False)
-    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8], False, True)  # rounding, once
-    assert not _hopeless([1.0, 1.2e-4, 5.8e-4, 1.6e-3], False, True)  # farther off it is soon left: 1.8 N above
+    assert _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], ON, True)
+    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8, 1.6e-7], ON, False)
+    assert not _hopeless([1.0, 3e-6, 4e-8, 8e-8], ON, True)  # rounding, once
+    assert not _hopeless([1.0, 1.2e-4, 5.8e-4, 1.6e-3], ON, True)  # farther off it is soon left: 1.8 N above
+
+
+def test_a_point_of_a_path_that_is_not_near_after_four_steps_is_lost() -> None:
+    """`biorob2018` under 2 N, guarded: lost after eight; and a point that rests. A load from rest takes longer."""
+    lost, rests = [7.4e-2, 7.8e-1, 5.4e-2, 6.4e-2, 3.5], [3e-1, 1.5e1, 3.0, 2.8e-1, 1.2e-3]
+    assert _hopeless(lost, TO_A_POINT, False) and not _hopeless(lost, ON, False)
+    assert not _hopeless(rests, TO_A_POINT, False) and not _hopeless(lost, (True, True), False)
 
 
 def test_a_limit_lies_where_the_parabola_of_the_load_is_highest():
