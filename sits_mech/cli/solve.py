@@ -34,6 +34,7 @@ from sits_mech.cli.options import (
     Picture,
     Place,
     Quantity,
+    Ratio,
     Scene,
     Tolerance,
     Warmth,
@@ -217,7 +218,7 @@ def over_temperature(
 @app.command
 def envelope(
     scene: Scene, *, mechanics: Mechanics = "auto",
-    tolerance: Annotated[float, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
+    tolerance: Annotated[Ratio, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
     rays: Annotated[int, Parameter(help="Rays in each plane of forces; a multiple of four.")] = 8,
     temperature: Warmth = None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
