@@ -32,7 +32,6 @@ from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import MechanicalModel, Wrench
 from sits_mech.scene.sensor import Sensor, known_stretch
 from sits_mech.status import FINER
-from sits_mech.units import checked_tolerance
 
 TOLERANCE = 0.05
 """Of the pose: what three meshes tell stays within it up to the data's end of the catalogue's silicones."""
@@ -128,12 +127,11 @@ def envelope(
     planes = [("F_x", "F_z")]
     if np.ptp([coil.centre[1] for coil in sensor.coils]) > 0.0:
         planes.append(("F_y", "F_z"))
-    asked = min(checked_tolerance(tolerance), _POSE)
-    layer, choice = mechanical_model(sensor, mechanics, asked, _first_loads(sensor, planes))
+    layer, choice = mechanical_model(sensor, mechanics, min(tolerance, _POSE), _first_loads(sensor, planes))
     rough, deeper = layer, None
     if isinstance(layer, RefinedModel):
         rough = layer.rough
-        deeper = layer.towards(None, asked, deepest=_MESHES) if choice.name == "block" else None
+        deeper = layer.towards(None, min(tolerance, _POSE), deepest=_MESHES) if choice.name == "block" else None
     search = _Search(sensor, rough, deeper, known_stretch(sensor), tolerance)
     found, count = [], len(planes) * rays
     for plane in planes:

@@ -237,6 +237,7 @@ def envelope(
     from sits_mech.scene.files import write_text
 
     sensor = sensor_of(scene, overrides, temperature)
+    check_request(sensor, {}, tolerance, mechanics)
     if rays < 4 or rays % 4:
         raise SceneError(f"--rays: must be a multiple of four; got {rays}")
     folder = None if output is None else prepare_folder(output, cases=False)

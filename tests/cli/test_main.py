@@ -64,6 +64,34 @@ def test_the_exit_code_is_that_of_the_status(capsys: Capture) -> None:
         assert json.loads(out)["status"] == status and ("exit code 4" in err) == (code == 4)
 
 
+def test_a_relative_number_may_be_written_in_percent(capsys: Capture, tmp_path: Path) -> None:
+    """A tolerance and the strain that a fit goes to; another unit is refused by the option's name."""
+    plain, *others = (
+        answer(capsys, "pose", "biorob2018", "--fz", "0.1 N", "--model", "linear", "--tolerance", text)
+        for text in ("0.1", "10%", "10 %")
+    )
+    assert all(other["pose"] == plain["pose"] for other in others)
+    assert '--tolerance: must be a plain number; got "1 mm"' in refused(capsys, "pose", "s1", "--tolerance", "1 mm")
+    assert "between 0 and 1; got 3" in refused(capsys, "envelope", "biorob2018", "--tolerance", "300 %")
+    path, strain = tmp_path / "tensile.csv", np.linspace(0.0, 1.0, 21)
+    rows = "".join(f"{e},{2e4 * (1.0 + e - (1.0 + e) ** -2)}\n" for e in strain)
+    path.write_text(f"Engineering Strain,Engineering Stress (Pa)\n{rows}")
+    fit = answer(capsys, "fit", str(path), "--law", "neo-hookean", "--max-strain", "50 %")
+    assert fit["max_strain"] == 0.5
+
+
+def test_constants_given_alone_are_named(capsys: Capture, tmp_path: Path) -> None:
+    """By what plans and what solves a table, for a program too; a source is one."""
+    table = 'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"{}}}'
+    asked = ("biorob2018", "--mechanics", "linear", "--magnetics", "planar", "--tolerance", "10 %", "--fz", "0 N:0.1 N:2")
+    for more, named in (("", True), (', source="a test"', False)):
+        scene = "--set", table.format(more)
+        notes = answer(capsys, "explain", "biorob2018", *scene)["notes"]
+        run(["calibrate", *asked, *scene, "--fx", "0 N", "-o", str(tmp_path / str(named)), "--json"])
+        both = [notes, json.loads(capsys.readouterr().out)["notes"]]
+        assert [any("given without source" in str(note) for note in each) for each in both] == [named, named]
+
+
 def refused(capsys: Capture, *tokens: str) -> str:
     """Return the one line that a command with bad input leaves."""
     assert run(tokens) == 2
