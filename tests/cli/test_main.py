@@ -83,7 +83,7 @@ def test_a_relative_number_may_be_written_in_percent(capsys: Capture, tmp_path: 
 def test_constants_given_alone_are_named(capsys: Capture, tmp_path: Path) -> None:
     """By what plans and what solves a table, for a program too; a source is one."""
     table = 'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"{}}}'
-    asked = ("biorob2018", "--mechanics", "linear", "--magnetics", "planar", "--tolerance", "10 %", "--fz", "0 N:0.1 N:2")
+    asked = ("biorob2018", *PLANAR, "--magnetics", "planar", "--tolerance", "10 %", "--fz", "0 N:0.1 N:2")
     for more, named in (("", True), (', source="a test"', False)):
         scene = "--set", table.format(more)
         notes = answer(capsys, "explain", "biorob2018", *scene)["notes"]
@@ -576,8 +576,9 @@ def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) ->
     assert capsys.readouterr().err == f"written to {tmp_path / 'picture.png'}\n"
 
 
-def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
-    """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path, ending: signal.Signals) -> None:
+    """Exit 130 for Ctrl-C and a scheduler's end of a job, one line, finished loads on disk, none torn."""
     command = (sys.executable, "-m", "sits_mech", "calibrate")
     words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "-o"]
     folder = tmp_path / "out"
@@ -589,7 +590,7 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     whole = "[!.]*.json"  # not the file that is being written, which goes when it is interrupted
     while len(list(cases.glob(whole))) < 3 and started.poll() is None:  # however long a busy machine takes
         time.sleep(0.01)
-    started.send_signal(signal.SIGINT)
+    started.send_signal(ending)
     _, err = started.communicate(timeout=300)
     kept = list(cases.glob("*.json"))
     assert not list(cases.glob(".*"))
