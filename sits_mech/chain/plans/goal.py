@@ -125,12 +125,11 @@ def answer_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omissi
 
 def missed_by(goal: Goal, rest: Equilibrium, shown: Impedance, coils: Sequence[str]) -> SolveReport:
     """Return the report of a reading, shapes (n, n), with what makes its signals miss their tolerance."""
-    poses, left_out = poses_of([rest]), sized(shown.report.left_out)
-    parts = {"pose": goal.mechanics(poses), "model": goal.magnetics, "left_out": left_out}
-    weights = np.abs(goal.weights)[np.argmax(poses.mapped(goal.weights).error[0])]
+    poses = poses_of([rest])
     note = Note.of(
-        NoteKind.SIGNALS_MISSED, **{name: 100.0 * part for name, part in parts.items()},
-        component=POSE[np.argmax(weights * poses.error[0])], coil=coils[np.argmax(np.diag(shown.error_L))],
+        NoteKind.SIGNALS_MISSED, pose=100.0 * goal.mechanics(poses), model=100.0 * goal.magnetics,
+        left_out=100.0 * sized(shown.report.left_out), coil=coils[np.argmax(np.diag(shown.error_L))],
+        component=POSE[np.argmax(np.max(np.abs(goal.weights) * poses.error, axis=0))],
     )
     return replace(shown.report, notes=(*shown.report.notes, note))
 
