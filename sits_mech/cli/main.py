@@ -1,7 +1,7 @@
 """The command line: ``sits-mech COMMAND SCENE ...``; see ``sits-mech --help``.
 
 Answers go to stdout, progress and warnings to stderr. Exit 0 done, 2 bad input (one line), 3 not converged (what was
-reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted, by SIGTERM too, 141 where who read the answer
+reached is printed and kept), 4 above the tolerance or beyond the data, 130 interrupted, 141 where who read the answer
 has left (`| head`). Of every command: with --quiet stderr has errors alone; with -v also what is solved, step by step,
 which --log FILE writes. Each command imports its rooms itself; help comes at once, as it was printed before.
 Linear algebra keeps to one thread, unless the environment says otherwise: its systems are small, and sparse
