@@ -128,7 +128,7 @@ def missed_by(goal: Goal, rest: Equilibrium, shown: Impedance, coils: Sequence[s
     poses = poses_of([rest])
     note = Note.of(
         NoteKind.SIGNALS_MISSED, pose=100.0 * goal.mechanics(poses), model=100.0 * goal.magnetics,
-        left_out=100.0 * sized(shown.report.left_out), coil=coils[np.argmax(np.diag(shown.error_L))],
+        left_out=100.0 * sized(shown.report.left_out), coil=coils[int(np.argmax(np.diag(shown.error_L)))],
         component=POSE[np.argmax(np.max(np.abs(goal.weights) * poses.error, axis=0))],
     )
     return replace(shown.report, notes=(*shown.report.notes, note))
