@@ -48,6 +48,7 @@ class NoteKind(StrEnum):
     NODES_MERGED = "nodes merged"  # of a mesh: mesh, count
     FACES_FREE = "faces free"  # of a mesh, in no group: mesh, count, of, x, y, z of the first [m]
     TOLERANCE_MISSED = "tolerance missed"  # error, tolerance
+    SIGNALS_MISSED = "signals missed"  # a tolerance: pose, model, left_out [% of full scale], component, coil
     MESH_TOO_LARGE = "mesh too large"  # a finer one: needed, limit [bytes]
     INTERPOLATED = "interpolated"  # a pose between solved loads
 

@@ -11,8 +11,10 @@ import logging
 import multiprocessing
 import os
 import pydoc
+import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -29,6 +31,7 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     from distributed import Client
 
+_DROPPED = 0.2  # seconds until a pool has dropped what is cancelled: killed before, it would set a result of that
 _ANSWER_TIMEOUT = 10  # seconds a cluster may take to answer
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
 _ALONE = threading.Lock()
@@ -57,6 +60,13 @@ def workers(processes: int = 1, where: str | Executor | Client | None = None) ->
         executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
         try:
             yield executor
+        except KeyboardInterrupt:
+            executor.shutdown(wait=False, cancel_futures=True)
+            time.sleep(_DROPPED)
+            for each in multiprocessing.active_children():
+                each.kill()
+                each.join()
+            raise
         finally:
             executor.shutdown(cancel_futures=True)
 
@@ -71,7 +81,9 @@ def cluster_size(address: str) -> int:
 
 
 def _start() -> None:
-    """Make a process a worker: one BLAS thread, gone when its parent is."""
+    """Make a process a worker: one BLAS thread, gone when its parent is, which alone is interrupted."""
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_IGN)
     _limit_threads()
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -23,7 +23,7 @@ from sits_mech.chain.plans.goal import rest_flags
 from sits_mech.chain.pressing import touch_load
 from sits_mech.chain.rests import at_rest
 from sits_mech.chain.simulate import simulate
-from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of
+from sits_mech.inputs import FORM, Reads, checked, choice, quantity_of, within
 from sits_mech.mechanics.depth import TouchLoad
 from sits_mech.notes import packed, packed_omissions
 from sits_mech.quantities import (
@@ -42,7 +42,7 @@ from sits_mech.scene.sensor import Sensor, changed, scene_table, sensor_from
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.status import flags_of, marked
 from sits_mech.store import Row
-from sits_mech.units import SceneError, shown, si_range
+from sits_mech.units import SceneError, si_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,14 +108,7 @@ def _range(unit: str) -> Reads:
     return Reads(check, {"anyOf": [{"type": "number"}, text], "x-unit": unit})
 
 
-def _share(value: object) -> float:
-    """Return a plain number between 0 and 1."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 1.0:
-        raise SceneError(f"must be a plain number between 0 and 1; got {shown(value)}")
-    return value
-
-
-SHARE = Reads(_share, {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1})
+SHARE = within("", 1e-15, 0.999, 'a share such as "1 %" between 0 and 1')
 """What reads a tolerance."""
 
 

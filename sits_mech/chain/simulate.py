@@ -17,7 +17,7 @@ import numpy as np
 from sits_mech.arguments import checked_arguments
 from sits_mech.chain.omitted.mechanical import including
 from sits_mech.chain.plans.aimed import Promise, aimed_mechanics
-from sits_mech.chain.plans.goal import answer_error, goal_at, rest_flags
+from sits_mech.chain.plans.goal import answer_error, goal_at, missed_by, rest_flags
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.chain.rests import aimed_rest
 from sits_mech.geometry.collision import check_clearance
@@ -124,6 +124,9 @@ def simulate(
     seconds = time.process_time() - began
     promise = None if found.planned is None else Promise(found.planned, seconds, found.reached, error)
     flags = rest_flags(sensor, rest, tolerance, error, left_out)
+    if goal is not None and error > tolerance:
+        report = missed_by(goal, rest, shown.impedance, sensor.coil_names)
+        shown = replace(shown, impedance=replace(shown.impedance, report=report))
     return replace(shown, promise=promise, flags=flags, left_out=found.left_out)
 
 

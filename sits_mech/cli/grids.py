@@ -79,6 +79,7 @@ def calibrate(
     from sits_mech.readout.loads import each_of, varied
     from sits_mech.report.tables.loads import failures, in_width, load_table, remarks, summary_table
     from sits_mech.report.written import write_calibration
+    from sits_mech.scene.sensor import untested_notes
     from sits_mech.store import claimed
 
     components = loads.borne(sensor, components, models.mechanics)
@@ -89,7 +90,7 @@ def calibrate(
             best=best,
         )
     took = process_time() - began
-    notes = write_calibration(sensor, data, folder)
+    notes = (*untested_notes(sensor), *write_calibration(sensor, data, folder))
     missing, remarked = failures(data), []
     if not as_json and len(missing) < data["status"].size:  # else there is nothing to show
         remarked = remarks(data)

@@ -13,7 +13,7 @@ from sits_mech.cli.console import warn
 from sits_mech.disk_cache import keep_nothing
 from sits_mech.memory import MEMORY, SECONDS
 from sits_mech.plugins import plugged
-from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range
+from sits_mech.units import SceneError, checked_tolerance, quantity, quantity_or_range, quantity_range, si_value
 from sits_mech.version import __version__
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ Scene = Annotated[str, Parameter(help="Path of a scene file, or name of a catalo
 Folder = Annotated[Path, Parameter(help="Folder of a calibration (sits-mech calibrate -o FOLDER).")]
 Case = Annotated[int | None, Parameter(help="For the folder of a sweep: number of the case in its table.")]
 Frequency = Annotated[str, Parameter(allow_leading_hyphen=True, help='One frequency, or a range "first:last:count".')]
-Tolerance = Annotated[float, Parameter(help="Requested relative error.")]
+Ratio = Annotated[float, Parameter(converter=lambda _, tokens: si_value(tokens[0].value, ""))]
+Tolerance = Annotated[Ratio, Parameter(help='Requested relative error, 0.01 or "1 %".')]
 Best = Annotated[bool, Parameter(help="Whether to take the smallest error within reach where the tolerance is not.")]
 Accept = Annotated[bool, flag("Exit code 0 also for answers above the tolerance or beyond the data.")]
 _OTHERS = {half: tuple(entry.name for entry in plugged(half)) for half in ("mechanics", "magnetics")}
@@ -262,7 +263,7 @@ class Models:
 
     mechanics: Annotated[str, Parameter(help=", ".join(MECHANICS))] = "auto"
     magnetics: Annotated[str, Parameter(help=", ".join(MAGNETICS))] = "auto"
-    tolerance: Annotated[float, Parameter(help="Requested error of the signals, relative to full scale.")] = 1e-2
+    tolerance: Annotated[Ratio, Parameter(help="Requested error of the signals, relative to full scale.")] = 1e-2
 
 
 def _written_load(text: str) -> Wrench:

@@ -27,16 +27,13 @@ from sits_mech.cli.options import (
 from sits_mech.units import SceneError, quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
     from sits_mech.analysis.limits import Limits
     from sits_mech.analysis.tolerances import ForceSpread
     from sits_mech.quantities import Array
     from sits_mech.readout.calibration import Calibration
-    from sits_mech.scene.sensor import Readout, Sensor
-    from sits_mech.silicone.material import Silicone
+    from sits_mech.scene.sensor import Sensor
 
 
 @app.command
@@ -67,7 +64,7 @@ def invert(
     from sits_mech.cli.readings import CalibratedReading, given_codes, given_inductances, given_texts, other_convention
     from sits_mech.readout.loads import check_enough
     from sits_mech.report.folder import look_at, read_calibration
-    from sits_mech.scene.sensor import silicones_of
+    from sits_mech.scene.sensor import untested_notes
 
     if idle is not None and code:
         raise SceneError(f"--idle: must come without --code, the scene says what its converter does; got {idle}")
@@ -96,7 +93,7 @@ def invert(
         cause = "" if code else other_convention(sensor, data, asked.values, idle)
         raise SceneError(f"{why}; {cause}" if cause else why)
     answer(record, [inversion_table(record, parts=budget)], as_json)
-    _warn_untested(silicones_of(sensor))
+    warn(*untested_notes(sensor))
     return 0
 
 
@@ -166,7 +163,6 @@ def quality(
     import numpy as np
 
     from sits_mech.report.folder import read_calibration
-    from sits_mech.scene.sensor import silicones_of
 
     if samples < 2 or samples & (samples - 1):
         raise SceneError(f"--samples: must be a power of two, such as 32; got {samples}")
@@ -201,7 +197,7 @@ def quality(
         record["components"] = tables.components_record(resolved_components(sensor, data, sizes))
     more = [drift_table(record["drift"])] if "drift" in record else []
     answer(record, [*tables.quality_tables(record), *more], as_json)
-    _warn_of(silicones_of(sensor), sensor.readout, period, noise, has_slopes(data))
+    _warn_of(sensor, period, noise, has_slopes(data))
     return 0
 
 
@@ -277,33 +273,21 @@ def _scatter(
     return found
 
 
-def _warn_of(
-    made: Sequence[Silicone], readout: Readout, period: str | None, noise: str | None, drift: bool
-) -> None:
-    """Tell what scatters of a silicone, and what was not asked for."""
-    from sits_mech.report.tables.quality import modulus_words
+def _warn_of(sensor: Sensor, period: str | None, noise: str | None, drift: bool) -> None:
+    """Tell what is not known of a silicone, and what was not asked for."""
+    from sits_mech.scene.sensor import silicones_of, untested_notes
 
-    _warn_untested(made)
-    for silicone in made:
-        if silicone.spread:
-            warn(f"{silicone.name or 'the silicone'}: {modulus_words(1.0 + silicone.spread)}")
-    if any(silicone.has_history for silicone in made) and period is None:
+    warn(*untested_notes(sensor))
+    if any(silicone.has_history for silicone in silicones_of(sensor)) and period is None:
         warn("hysteresis: the silicone has prony or mullins; --period shows what they make of the forces")
     if not drift:
         warn("drift with temperature: not in this calibration; calibrate --drift adds it")
-    unset = [part for part in ("capacitance", "clock") if f"{part}_coefficient" not in readout.model_fields_set]
+    unset = [part for part in ("capacitance", "clock") if f"{part}_coefficient" not in sensor.readout.model_fields_set]
     if drift and unset:
         keys = ", ".join(f"readout.{part}_coefficient" for part in unset)
         warn(f"drift by {' and '.join(unset)}: not known, and not in the figures: set {keys}")
     if noise is None:
         warn("noise: by default the converter's at its longest conversion; --noise takes that of your board")
-
-
-def _warn_untested(made: Sequence[Silicone]) -> None:
-    """Tell that errors of forces hold nothing of a silicone whose constants are given alone."""
-    if any(silicone.is_untested for silicone in made):
-        warn("the silicone's constants are given without source, spread or mode_spread: forces scale with its modulus, "
-             "and their errors do not hold it; sits-mech adapt finds it by a few readings")
 
 
 def _drift(sensor: Sensor, data: xr.Dataset, cal: Calibration) -> dict[str, Any]:

@@ -34,6 +34,7 @@ from sits_mech.cli.options import (
     Picture,
     Place,
     Quantity,
+    Ratio,
     Scene,
     Tolerance,
     Warmth,
@@ -217,7 +218,7 @@ def over_temperature(
 @app.command
 def envelope(
     scene: Scene, *, mechanics: Mechanics = "auto",
-    tolerance: Annotated[float, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
+    tolerance: Annotated[Ratio, Parameter(help="Error of the pose that counts as a limit.")] = 0.05,
     rays: Annotated[int, Parameter(help="Rays in each plane of forces; a multiple of four.")] = 8,
     temperature: Warmth = None, output: Output = None, overrides: Overrides = Overrides(), as_json: Json = False,
 ) -> int:
@@ -236,6 +237,7 @@ def envelope(
     from sits_mech.scene.files import write_text
 
     sensor = sensor_of(scene, overrides, temperature)
+    check_request(sensor, {}, tolerance, mechanics)
     if rays < 4 or rays % 4:
         raise SceneError(f"--rays: must be a multiple of four; got {rays}")
     folder = None if output is None else prepare_folder(output, cases=False)

@@ -21,7 +21,7 @@ from sits_mech.description import Refusal
 from sits_mech.geometry.windings import Bars, Sections, coil_sections, spiral_path, turn_radii
 from sits_mech.memory import beyond_memory
 from sits_mech.notes import Note, NoteKind
-from sits_mech.quantities import Array
+from sits_mech.quantities import Array, Mask
 from sits_mech.scene.parts.turns import outside, turn
 from sits_mech.scene.sensor import Coil
 from sits_mech.units import millimetres as mm
@@ -211,15 +211,20 @@ def section_refusal(coils: Sequence[Coil]) -> Refusal | None:
 
 def _not_across(coil: Coil) -> Refusal | None:
     """Return why tracks have no section at y = 0 that stands for them."""
-    tracks, name = coil_tracks(coil), f"coils.{coil.name}"
-    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
-    step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
+    (tracks, cut, step, sign), name = crossing(coil), f"coils.{coil.name}"
     if not cut.any() or sign.sum() != 0.0:
         got = f"{int((sign > 0).sum())} and {int((sign < 0).sum())}"
         return Refusal(name, "have tracks that cross the section y = 0 as often there as back", got)
     if np.any(np.abs(step[:, 0]) > _STRAIGHT * np.abs(step[:, 1])) or np.ptp(tracks.width[cut]) > 0.0:
         return Refusal(name, "have tracks of one width that cross the section y = 0 at right angles", "others")
     return None
+
+
+def crossing(coil: Coil) -> tuple[TrackBars, Mask, Array, Array]:
+    """Return a coil's tracks, which of them cross y = 0, their steps [m], and along (1) or against y (-1)."""
+    tracks = coil_tracks(coil)
+    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
+    return tracks, cut, tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
 
 
 def coil_bars(coil: Coil) -> Bars:
@@ -233,9 +238,7 @@ def coil_bars(coil: Coil) -> Bars:
         return Bars(coil.centre[0] + x, np.tile(rings.z, 2), signs, coil.track_width, coil.track_thickness)
     if refusal := _not_across(coil):
         raise ValueError(str(refusal))
-    tracks = coil_tracks(coil)
-    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
-    step, sign = tracks.end[cut] - tracks.start[cut], np.sign(tracks.way[cut, 1])
+    tracks, cut, step, sign = crossing(coil)
     x = tracks.start[cut, 0] - tracks.start[cut, 1] * step[:, 0] / step[:, 1]
     return Bars(x, tracks.start[cut, 2], sign, float(tracks.width[cut][0]), coil.track_thickness)
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from sits_mech.description import Description, Question, Refusal, Rung, function
 from sits_mech.geometry.plates import not_cut
-from sits_mech.geometry.tracks import coil_tracks
+from sits_mech.geometry.tracks import crossing
 from sits_mech.geometry.windings import unnamed
 from sits_mech.magnetics.axis.coaxial import on_axis
 from sits_mech.magnetics.coils.idle import coupling, idle_bound, idle_share
@@ -107,9 +107,8 @@ def _straight(coil: Coil) -> float:
     """Return the length of the shortest straight track across y = 0 [m]; 0 of a round coil."""
     if coil.is_round:
         return 0.0
-    tracks = coil_tracks(coil)
-    cut = (tracks.start[:, 1] < 0.0) != (tracks.end[:, 1] < 0.0)
-    return float(np.abs(tracks.end[cut, 1] - tracks.start[cut, 1]).min(initial=math.inf)) if cut.any() else 0.0
+    _, cut, step, _ = crossing(coil)
+    return float(np.abs(step[:, 1]).min()) if cut.any() else 0.0
 
 
 def _of_air(sensor: Sensor, question: Question) -> tuple[Omission, ...]:

@@ -220,13 +220,14 @@ def _misread(wrong: xr.DataArray, span: Array) -> Array:
 def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Array]:
     """Return crosstalk of the inverse, and what the errors of the inductances are worth, at the loads of a table."""
     d = len(cal.forces)
+    none = np.full((d, d), np.nan), np.full((d, 3), np.nan)
     if table is None or cal.share == 0.0:
-        return np.full((d, d), np.nan), np.full((d, 3), np.nan)
+        return none
     loads = _named_loads(cal, [table[name].to_numpy() for name in cal.forces])
     found = cal.inverse(table["L"].transpose(*cal.forces, "coil").to_numpy())
     good = found.status == OK
     if not good.any():
-        return np.full((d, d), np.nan), np.full((d, 3), np.nan)
+        return none
     at, (shared, alone, rest) = loads.to_numpy()[good], error_parts(table, cal.forces)
     known = np.concatenate([shared, alone])[:, good]
     worth = cal.force_error(at, rest[good])
@@ -236,10 +237,11 @@ def _at_the_loads(cal: Calibration, table: xr.Dataset | None) -> tuple[Array, Ar
 
 def _hysteresis(cal: Calibration, branches: tuple[ArrayLike, ArrayLike] | None) -> Array:
     """Return the largest difference of the forces that two branches show, over full scale."""
+    none = np.full(len(cal.forces), np.nan)
     if branches is None or cal.share == 0.0:
-        return np.full(len(cal.forces), np.nan)
+        return none
     up, down = (cal.inverse(branch) for branch in branches)
     both = (up.status == OK) & (down.status == OK)
     if not np.any(both):
-        return np.full(len(cal.forces), np.nan)
+        return none
     return np.asarray(np.max(np.abs(up.forces - down.forces)[both], axis=0) / (cal.high - cal.low))

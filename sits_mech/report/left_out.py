@@ -104,7 +104,7 @@ def relative_words(item: Omission) -> str:
 
 def size_text(item: Omission) -> str:
     """Return the size of an omission, as far as it is known."""
-    if math.isnan(item.size):
+    if not math.isfinite(item.size):
         return "not known"
     if item.size == 0.0:
         return "none"

@@ -84,6 +84,10 @@ def _placed(known: Numbers) -> str:
 
 _TEMPLATES: Mapping[NoteKind, str] = {
     NoteKind.TOLERANCE_MISSED: "estimated error {error:.2g}: the tolerance {tolerance:g} is missed",
+    NoteKind.SIGNALS_MISSED: (
+        "above the tolerance by errors, of the signals' full scale, of the pose ({pose:.2g} %, most by {component}), "
+        "the magnetic model ({model:.2g} %) and what is left out ({left_out:.2g} %); largest in {coil}"
+    ),
     NoteKind.STATED: "{text}",
     NoteKind.NO_HISTORY: (
         "the silicone has neither prony nor mullins: its rate and softening are unknown, and left out"

@@ -204,6 +204,13 @@ def silicones_of(sensor: Sensor) -> tuple[Silicone, ...]:
     return tuple(layer.silicone for layer in stack_of(sensor))
 
 
+def untested_notes(sensor: Sensor) -> tuple[str, ...]:
+    """Return that errors of forces hold nothing of a silicone whose constants are given alone; else nothing."""
+    words = ("the silicone's constants are given without source, spread or mode_spread: forces scale with its modulus, "
+             "and their errors do not hold it; sits-mech adapt finds it by a few readings")
+    return (words,) if any(made.is_untested for made in silicones_of(sensor)) else ()
+
+
 def metal_parts(sensor: Sensor) -> list[tuple[str, Target | Conductor]]:
     """Return target and fixed parts by their keys."""
     target = [] if sensor.target is None else [("target", sensor.target)]

@@ -21,7 +21,7 @@ import numpy as np
 
 from sits_mech.arguments import checked_arguments
 from sits_mech.quantities import Array
-from sits_mech.scene.sensor import SceneError, silicones_of
+from sits_mech.scene.sensor import SceneError, silicones_of, untested_notes
 from sits_mech.synthesis.answer import (
     DesignAnswer,
     causes,
@@ -274,8 +274,9 @@ class _Run:
 
     def notes(self, best: Answered) -> tuple[str, ...]:
         """Return notes on the answer for a designer."""
-        found = list[str]()
-        for silicone in silicones_of(self.asked.space.sensor(best.design)):
+        sensor = self.asked.space.sensor(best.design)
+        found = list(untested_notes(sensor))
+        for silicone in silicones_of(sensor):
             if silicone.spread:
                 found.append(
                     f"the sources of {silicone.name or 'the silicone'} differ by {1.0 + silicone.spread:.3g} in stress:"

@@ -196,7 +196,7 @@ def test_words_are_refined_each_alone(tmp_path: Path, solved: Callable[[Answer],
 REFUSED = {
     TEXT.replace('"d_v"', "3"): "adaptive.of: must be a variable of the table",
     TEXT.replace('"d_v"', '["d_v", "d_v"]'): "adaptive.of: must be .* different ones",
-    TEXT.replace("1e-3", "2"): "adaptive.within: must be a plain number between 0 and 1; got 2",
+    TEXT.replace("1e-3", "2"): "adaptive.within: must be a share .* between 0 and 1; got 2",
     TEXT.replace("of =", "off ="): r'adaptive.off: the key must be .*, within, limit; got "off" .did you mean "of"',
     TEXT.replace("[fixed]", 'limit = "1 floop"\n[fixed]'): "adaptive.limit: must be a number, or a quantity",
     TEXT.replace('"adaptive"', '"product"'): 'beside combine = "adaptive"',

@@ -233,6 +233,47 @@ if __name__ == "__main__":
 """
 
 
+SLOW = """
+import multiprocessing, pathlib, time
+if multiprocessing.parent_process() is not None:
+    pathlib.Path(__file__).with_name("begun").touch()
+    time.sleep(300)
+
+def case():
+    pass
+"""
+ENDED = """
+import os, pathlib, signal, sys, time
+from multiprocessing import active_children
+from sits_mech.batch.executors import workers
+
+if __name__ == "__main__":
+    from slow import case  # by workers with the call
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with workers(2) as executor:
+            found = [executor.submit(case) for _ in range(9)]
+            while not pathlib.Path(__file__).with_name("begun").exists():
+                time.sleep(0.01)
+            os.killpg(0, int(sys.argv[1]))
+            found[0].result()
+    except KeyboardInterrupt:
+        print("interrupted", len(active_children()))
+"""
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_an_end_of_all_processes_is_that_of_one(tmp_path: Path, ending: signal.Signals) -> None:
+    """Of Ctrl-C and schedulers, who signal workers too: these say nothing, wait for no case and are gone."""
+    (tmp_path / "slow.py").write_text(SLOW)
+    (tmp_path / "ended.py").write_text(ENDED)
+    done = subprocess.run(
+        [sys.executable, str(tmp_path / "ended.py"), str(int(ending))], capture_output=True, text=True, timeout=60,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interrupted 0\n", "", 0)
+
+
 PROBE = """
 def threads():
     import numpy, scipy.linalg, threadpoolctl

@@ -25,8 +25,8 @@ from sits_mech.geometry.collision import Collision
 from sits_mech.magnetics.bars import planar_bars
 from sits_mech.mechanics.loads import kept_key, kept_rest, outward, settle
 from sits_mech.mechanics.symmetry import Symmetry
-from sits_mech.notes import Omission, OmissionKind, Relative
-from sits_mech.quantities import Array, Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
+from sits_mech.notes import NoteKind, Omission, OmissionKind, Relative
+from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, Impedance, Pose, SolveFailed, SolveReport, Wrench
 from sits_mech.report.records import failure_record
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, sensor_from
 from sits_mech.store import read_table, save_table
@@ -155,7 +155,15 @@ def test_a_load_says_what_its_error_is_to_the_tolerance(sensor: Sensor) -> None:
     for tolerance, word in ((1e-2, "ok"), (1e-5, "above tolerance")):
         data = calibrate(sensor, F_x=[0.0, 1.0], F_z=[0.0, 2.0], tolerance=tolerance)
         assert data["status"].sel(F_x=1.0, F_z=2.0).item() == data["flags"].sel(F_x=1.0, F_z=2.0).item() == word
-        assert simulate(sensor, Wrench(1.0, 2.0), tolerance=tolerance).flags == (word,)
+        found = simulate(sensor, Wrench(1.0, 2.0), tolerance=tolerance)
+        assert found.flags == (word,)
+        missed = [note for note in found.impedance.report.notes if note.kind is NoteKind.SIGNALS_MISSED]
+        assert len(missed) == (word != "ok")
+        for note in missed:  # the parts are the error, and the coil is the one with the largest
+            parts = [note.known[part] for part in ("pose", "model", "left_out")]
+            assert min(parts) >= 0.0 and sum(parts) > 100.0 * tolerance and note.known["component"] in POSE[:3]
+            off = np.diag(found.impedance.error_L)
+            assert note.known["coil"] == sensor.coil_names[int(np.argmax(off))]
 
 
 @pytest.mark.usefixtures("fakes")

@@ -64,6 +64,34 @@ def test_the_exit_code_is_that_of_the_status(capsys: Capture) -> None:
         assert json.loads(out)["status"] == status and ("exit code 4" in err) == (code == 4)
 
 
+def test_a_relative_number_may_be_written_in_percent(capsys: Capture, tmp_path: Path) -> None:
+    """A tolerance and the strain that a fit goes to; another unit is refused by the option's name."""
+    plain, *others = (
+        answer(capsys, "pose", "biorob2018", "--fz", "0.1 N", "--model", "linear", "--tolerance", text)
+        for text in ("0.1", "10%", "10 %")
+    )
+    assert all(other["pose"] == plain["pose"] for other in others)
+    assert '--tolerance: must be a plain number; got "1 mm"' in refused(capsys, "pose", "s1", "--tolerance", "1 mm")
+    assert "between 0 and 1; got 3" in refused(capsys, "envelope", "biorob2018", "--tolerance", "300 %")
+    path, strain = tmp_path / "tensile.csv", np.linspace(0.0, 1.0, 21)
+    rows = "".join(f"{e},{2e4 * (1.0 + e - (1.0 + e) ** -2)}\n" for e in strain)
+    path.write_text(f"Engineering Strain,Engineering Stress (Pa)\n{rows}")
+    fit = answer(capsys, "fit", str(path), "--law", "neo-hookean", "--max-strain", "50 %")
+    assert fit["max_strain"] == 0.5
+
+
+def test_constants_given_alone_are_named(capsys: Capture, tmp_path: Path) -> None:
+    """By what plans and what solves a table, for a program too; a source is one."""
+    table = 'elastomer.material={{law="neo-hookean", shear_modulus="30 kPa", bulk_modulus="30 MPa"{}}}'
+    asked = ("biorob2018", *PLANAR, "--magnetics", "planar", "--tolerance", "10 %", "--fz", "0 N:0.1 N:2")
+    for more, named in (("", True), (', source="a test"', False)):
+        scene = "--set", table.format(more)
+        notes = answer(capsys, "explain", "biorob2018", *scene)["notes"]
+        run(["calibrate", *asked, *scene, "--fx", "0 N", "-o", str(tmp_path / str(named)), "--json"])
+        both = [notes, json.loads(capsys.readouterr().out)["notes"]]
+        assert [any("given without source" in str(note) for note in each) for each in both] == [named, named]
+
+
 def refused(capsys: Capture, *tokens: str) -> str:
     """Return the one line that a command with bad input leaves."""
     assert run(tokens) == 2
@@ -548,8 +576,9 @@ def test_view_draws(capsys: Capture, tmp_path: Path, tokens: tuple[str, ...]) ->
     assert capsys.readouterr().err == f"written to {tmp_path / 'picture.png'}\n"
 
 
-def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
-    """Ctrl-C: exit 130, one line, finished loads on disk, none torn; the same command then goes on from them."""
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path, ending: signal.Signals) -> None:
+    """Exit 130 for Ctrl-C and a scheduler's end of a job, one line, finished loads on disk, none torn."""
     command = (sys.executable, "-m", "sits_mech", "calibrate")
     words = [*command, "biorob2018", *PLANAR, "--magnetics", "planar", "-o"]
     folder = tmp_path / "out"
@@ -561,7 +590,7 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path) -> None:
     whole = "[!.]*.json"  # not the file that is being written, which goes when it is interrupted
     while len(list(cases.glob(whole))) < 3 and started.poll() is None:  # however long a busy machine takes
         time.sleep(0.01)
-    started.send_signal(signal.SIGINT)
+    started.send_signal(ending)
     _, err = started.communicate(timeout=300)
     kept = list(cases.glob("*.json"))
     assert not list(cases.glob(".*"))

@@ -120,6 +120,7 @@ def test_sizes_are_bounds_or_estimates_or_not_known() -> None:
     sizes = (0.0, 0.023, math.nan)
     assert [size_text(Omission(K.AIR, size)) for size in sizes] == ["none", "about 0.023", "not known"]
     assert size_text(Omission(K.AIR, 0.023, bound=True)) == "at most 0.023"
+    assert size_text(Omission(K.AIR, math.inf, bound=True)) == "not known"  # a bound that holds nothing
 
 
 def test_an_entry_says_whether_the_error_holds_it() -> None:

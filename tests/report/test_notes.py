@@ -87,6 +87,11 @@ SAID = [
         "estimated error 0.012: the tolerance 0.001 is missed",
     ),
     (
+        Note.of(K.SIGNALS_MISSED, pose=0.981, model=0.0272, left_out=0.0, component="d_h", coil="C3"),
+        "above the tolerance by errors, of the signals' full scale, of the pose (0.98 %, most by d_h), the magnetic "
+        "model (0.027 %) and what is left out (0 %); largest in C3",
+    ),
+    (
         Note.of(K.MESH_TOO_LARGE, needed=5.0 * GIB, limit=4.0 * GIB),
         f"a finer mesh would take {TOO_LARGE}: raise it for a smaller error",
     ),

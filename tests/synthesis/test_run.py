@@ -110,6 +110,14 @@ def test_the_answer_is_round_feasible_and_as_good_as_a_grid(found: DesignAnswer)
 
 
 @pytest.mark.slow
+def test_a_silicone_whose_constants_are_given_alone_is_named(found: DesignAnswer) -> None:
+    """The sources of one of the catalogue are known, of constants alone nothing is."""
+    alone = {"law": "neo-hookean", "shear_modulus": "30 kPa", "bulk_modulus": "30 MPa"}
+    typed = design(asked(vary=ASKED["vary"] | {"elastomer.material": [alone]}))
+    named = [any("given without source" in note for note in each.notes) for each in (found, typed)]
+    assert named == [False, True]
+
+
 def test_any_seed_gives_the_same_answer(found: DesignAnswer) -> None:
     """To 3 % of what is minimised."""
     every = (found, *(design(asked(), seed=seed) for seed in (1, 2)))

@@ -15,7 +15,7 @@ Source: R. Becker, R. Rannacher, Acta Numerica 10 (2001) 1: error control by qua
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,8 +23,19 @@ from sits_mech.chain.omitted.conductors import is_coaxial
 from sits_mech.chain.propagation import diagonals, own_inductances, poses_of, signal_weights, unloaded_pose
 from sits_mech.description import sized
 from sits_mech.magnetics.pose_slopes import inner_model, pose_slopes
-from sits_mech.notes import Omission
-from sits_mech.quantities import POSE, Array, Bounded, Equilibrium, MagneticModel, Mask, Pose, SolveFailed
+from sits_mech.notes import Note, NoteKind, Omission
+from sits_mech.quantities import (
+    POSE,
+    Array,
+    Bounded,
+    Equilibrium,
+    Impedance,
+    MagneticModel,
+    Mask,
+    Pose,
+    SolveFailed,
+    SolveReport,
+)
 from sits_mech.readout.signals import rows_of
 from sits_mech.scene.sensor import Sensor, known_stretch
 from sits_mech.status import flags_of, marked
@@ -110,6 +121,17 @@ def answer_error(goal: Goal | None, rest: Equilibrium, left_out: Sequence[Omissi
     `left_out` is what the magnetic model leaves out; the errors of the pose hold what the mechanics do.
     """
     return 0.0 if goal is None else goal.of(poses_of([rest])) + sized(left_out)
+
+
+def missed_by(goal: Goal, rest: Equilibrium, shown: Impedance, coils: Sequence[str]) -> SolveReport:
+    """Return the report of a reading, shapes (n, n), with what makes its signals miss their tolerance."""
+    poses = poses_of([rest])
+    note = Note.of(
+        NoteKind.SIGNALS_MISSED, pose=100.0 * goal.mechanics(poses), model=100.0 * goal.magnetics,
+        left_out=100.0 * sized(shown.report.left_out), coil=coils[int(np.argmax(np.diag(shown.error_L)))],
+        component=POSE[np.argmax(np.max(np.abs(goal.weights) * poses.error, axis=0))],
+    )
+    return replace(shown.report, notes=(*shown.report.notes, note))
 
 
 def flags_over(

@@ -38,7 +38,7 @@ from sits_mech.mechanics.symmetry import symmetry_of
 from sits_mech.mechanics.touch import on_target, touched
 from sits_mech.notes import Note, NoteKind, Omission, OmissionKind, Relative
 from sits_mech.quantities import Equilibrium, Impedance, Pose, SolveFailed, Wrench
-from sits_mech.scene.sensor import Sensor, shape_on_cover, silicones_of
+from sits_mech.scene.sensor import Sensor, shape_on_cover, silicones_of, untested_notes
 from sits_mech.scene.thermal import at_temperature
 from sits_mech.silicone.material import implausible
 from sits_mech.units import checked_tolerance
@@ -346,7 +346,7 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], forecast: Prediction | LoadF
     if sensor.elastomer is not None:
         found += _overhang(sensor)
         lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
-        found += (Note.of(NoteKind.STATED, text=text) for text in lines)
+        found += (Note.of(NoteKind.STATED, text=text) for text in (*lines, *untested_notes(sensor)))
     if not isinstance(forecast, Prediction) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)

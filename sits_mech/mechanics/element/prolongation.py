@@ -56,13 +56,9 @@ def prolongation(coarse: MixedMesh, fine: MixedMesh, refinement: Refinement, ele
     values = np.stack([shape_values(element, points) for points in refinement.within(element.doflocs)])
     numbers, first = np.unique(fine.cells, return_index=True)
     cell, local = np.divmod(first, fine.cells.shape[1])
-    weights = values[refinement.kinds[cell], local]
-    weights[np.abs(weights) < 1e-13] = 0.0
-    columns = coarse.cells[refinement.parents[cell]]
-    rows = np.repeat(numbers, columns.shape[1])
     shape = (len(fine.nodes), len(coarse.nodes))
-    nodes = sparse.csr_matrix((weights.ravel(), (rows, columns.ravel())), shape=shape)
-    nodes.eliminate_zeros()
+    columns = coarse.cells[refinement.parents[cell]]
+    nodes = _nodal(values[refinement.kinds[cell], local], numbers, columns, shape)
     parents = refinement.parents[None]
     return Prolongation(nodes, _linear(coarse, fine, parents, element), parents)
 
@@ -74,16 +70,19 @@ def along_family(coarse: MixedMesh, fine: MixedMesh, divisions: tuple[Subdivisio
     cell, local = np.divmod(first, fine.cells.shape[1])
     size = new.high[cell] - new.low[cell]
     owner, at = _located(own, new.base[cell], new.low[cell] + BRICK.doflocs[local] * size)
-    weights = shape_values(BRICK, at)
-    weights[np.abs(weights) < 1e-13] = 0.0
-    rows = np.repeat(numbers, weights.shape[1])
-    shape = (len(fine.nodes), len(coarse.nodes))
-    nodes = sparse.csr_matrix((weights.ravel(), (rows, coarse.cells[owner].ravel())), shape=shape)
-    nodes.eliminate_zeros()
+    nodes = _nodal(shape_values(BRICK, at), numbers, coarse.cells[owner], (len(fine.nodes), len(coarse.nodes)))
     nudges = 1e-6 * np.array(list(product((-1.0, 1.0), repeat=own.low.shape[1])))  # a middle may lie between parents
     middle = 0.5 * (new.low + new.high)
     parents = np.stack([_located(own, new.base, middle + away)[0] for away in nudges])
     return Prolongation(nodes, _linear(coarse, fine, parents, BRICK), parents)
+
+
+def _nodal(weights: Array, rows: Integers, columns: Integers, shape: tuple[int, int]) -> sparse.csr_matrix:
+    """Return the map of nodal values by weights (f, k) of nodes `columns` (f, k) for each of f nodes `rows`."""
+    weights[np.abs(weights) < 1e-13] = 0.0
+    nodes = sparse.csr_matrix((weights.ravel(), (np.repeat(rows, weights.shape[1]), columns.ravel())), shape=shape)
+    nodes.eliminate_zeros()
+    return nodes
 
 
 def _located(own: Subdivision, base: Integers, places: Array) -> tuple[Integers, Array]:

@@ -157,10 +157,8 @@ def relaxation_rows(found: Relaxation) -> list[tuple[str, str]]:
     rows += [
         ("identified", "yes" if found.slow_identified else "no"),
         ("times seen", f"{found.range[0]:.3g} s to {found.range[1]:.3g} s, at {100.0 * found.strain:.4g} % strain"),
-        ("residual (rms)", f"{found.rms:.4g} Pa"),
-        ("source", found.source),
     ]
-    return rows + [("note", note) for note in found.notes]
+    return rows + _origin(found)
 
 
 def cyclic_rows(found: CyclicFit) -> list[tuple[str, str]]:
@@ -171,7 +169,11 @@ def cyclic_rows(found: CyclicFit) -> list[tuple[str, str]]:
     rows += [
         ("specimen", f"{found.factor:.4g} times the stress of the law"),
         ("peaks", f"{found.peaks}, up to {100.0 * found.max_strain:.4g} % strain"),
-        ("residual (rms)", f"{found.rms:.4g} Pa"),
-        ("source", found.source),
     ]
+    return rows + _origin(found)
+
+
+def _origin(found: Relaxation | CyclicFit) -> list[tuple[str, str]]:
+    """Return what is left of a fit, where it comes from, and its notes, as rows."""
+    rows = [("residual (rms)", f"{found.rms:.4g} Pa"), ("source", found.source)]
     return rows + [("note", note) for note in found.notes]
