@@ -54,12 +54,12 @@ def target_outline(target: Target | Conductor) -> Outline:
 
 
 def widest_angle(part: Target | Conductor) -> float:
-    """Return the largest angle at a corner of a plate, inside its metal [rad]."""
-    found = 0.0
+    """Return the largest angle at a corner of a plate, inside its metal or outside [rad]."""
+    found = np.pi
     for loop in target_outline(part).turned:
         before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
         cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        found = max(found, float(np.pi - np.arctan2(cross, (before * after).sum(axis=1)).min()))
+        found = max(found, float(np.pi + np.abs(np.arctan2(cross, (before * after).sum(axis=1))).max()))
     return found
 
 

@@ -271,8 +271,8 @@ def not_representable(sensor: Sensor) -> Refusal | None:
 
 
 def _corners(parts: Sequence[PlacedPlate]) -> float:
-    """Return the least order by which errors fall where current crowds at plates' corners."""
-    return min(2.0, *(2.0 * math.pi / widest_angle(part.plate) for part in parts))
+    """Return the least order by which errors fall at the corners of plates."""
+    return min(2.0 if part.plate.is_round else 2.0 * math.pi / widest_angle(part.plate) for part in parts)
 
 
 def _errors(value: Complex, left: Complex, plates: Sequence[Divided], among: bool) -> tuple[Complex, float]:

@@ -13,7 +13,7 @@ from sits_mech.magnetics.axis_fem import axisymmetric_fem
 from sits_mech.magnetics.rings import axisymmetric
 from sits_mech.magnetics.sheets import Sheets, sheets
 from sits_mech.quantities import Pose
-from sits_mech.scene.sensor import Sensor, load_sensor
+from sits_mech.scene.sensor import Sensor, changed, load_sensor
 
 # Volume FEM (NGSolve 6.2, two kinds of mesh, error 2e-4 of Delta L, 1e-3 of R): 8 x 8 x 0.2 mm copper plate,
 # two coils as rings; f [Hz], d_v [m], Delta L1 [nH], Delta M12 [nH], R1 [ohm].
@@ -68,6 +68,13 @@ def test_plate_as_volume_fem(model: Sheets, f: float, d_v: float, delta_L: float
     assert z.R[0, 0] == pytest.approx(R, rel=5e-3)
     assert abs(change[0, 0] - delta_L) < z.error_L[0, 0] * 1e9 + 5e-4 * abs(delta_L)
     assert abs(z.R[0, 0] - R) < z.error_R[0, 0] + 1e-3 * R
+
+
+@pytest.mark.parametrize("f, d_v, delta_L", [(1e6, 2e-3, -56.065), (5e6, 5e-3, -5.6842)])
+def test_a_square_owns_to_its_corners(sensor: Sensor, f: float, d_v: float, delta_L: float) -> None:
+    """By levels 7, 8, 9, which fall like m^-1.4: 3e-3 left 6e-4, of which it stated 1.1e-4 and 3.3e-4."""
+    z = sheets(changed(sensor, ["target.conductivity=58 MS/m"]), 3e-3).impedance(Pose(0.0, d_v), f)
+    assert 0.2 < abs((z.L - z.L0)[0, 0] * 1e9 - delta_L) / (z.error_L[0, 0] * 1e9) < 1.0
 
 
 @pytest.mark.slow

@@ -126,9 +126,10 @@ def test_levels_of_an_outline_are_parts_of_the_same_cells() -> None:
     assert (coarse.loop == 0).sum() == 24
 
 
-def test_a_corner_into_the_metal_owns_to_its_order() -> None:
+def test_corners_own_to_their_order() -> None:
+    """Those out of the metal like those into it."""
     corners = Outline((((0.0, 0.0), (2e-3, 0.0), (2e-3, 1e-3), (1e-3, 1e-3), (1e-3, 2e-3), (0.0, 2e-3)),))
-    for outline, quarters in ((corners, 3), (SQUARE, 1), (Outline((*SQUARE.loops, corners.loops[0])), 3)):
+    for outline, quarters in ((corners, 3), (SQUARE, 3), (Outline((*SQUARE.loops, corners.loops[0])), 3)):
         part = of_outline(outline).target
         assert part is not None
         assert widest_angle(part) == pytest.approx(quarters * np.pi / 2, rel=1e-9)
