@@ -2,8 +2,13 @@
 
 Of windings at a distance d, whose field changes over a length l, the slope bends at their ends by 1/l within d. Linear
 functions on cells h long are h^2/(l d) off there: the finer cells follow sqrt(l d). Only where they are about as short
-as d do two divisions show it; else the estimated error grows like (h/d)^2. At a thick rim the potential goes like
-r^q, q from 2/3: what cells there leave falls like h^(2 q) only, and may cancel in the step. They are a tenth of others.
+as d do two divisions show it; else the estimated error grows like (h/d)^2.
+
+At a thick rim the potential goes like r^q, q from 2/3: what cells there leave falls like h^(2 q) only. Of that alone,
+by the best slopes, two divisions leave 0.7 to 0.8 of the stated error where the cells at the rim are a tenth of the
+largest, 1.1 to 1.3 at a fifth, 1.9 to 2.2 at two fifths. What the middle leaves may cancel it in the step, that of half
+a height in 2 and 4 cells above all, 2e-3 to 3e-3 of the energy at its edge: of ferrite 0.4 mm thick twice the stated
+error. In 4 and 8 cells it is 5e-4 to 1.3e-3, and 0.3 to 0.8 of what is stated.
 """
 
 from __future__ import annotations
@@ -50,7 +55,7 @@ def divided_surfaces(
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
     along = replace(_ALONG, first=first, largest=largest, reach=reach, far=far)
     plans = _plans(plate, along, counts)
-    heights = replace(_ALONG, first=first, largest=plate.thickness)
+    heights = replace(_ALONG, first=first, largest=plate.thickness / 4)
     surfaces = [surface(plan, graded_axis(plate.thickness / 2, heights.coarser(counts[1], parts)))
                 for plan, parts in zip(plans, counts, strict=True)]
     _check(surfaces[0], sources)
