@@ -33,7 +33,7 @@ _LEVELS = {"smooth": (4, 2), "outline": (3, 2)}  # parts of the cells of two div
 _LEFT = 1.0, 0.2  # estimated error over what is extrapolated, of outlines and of smooth maps
 _MIDDLE, _PER_DIGIT = 8.0, 0.2  # digits of a rung, by which cells shrink
 _SHOWN = 2.5  # cells over d from which (h/d)^2 counts: 0.026 of it were missed at most of the step
-_WIDEST, _RIM = 0.25, 0.1  # the largest over the half width; that at the rim over it, at most
+_WIDEST, _RIM = 0.25, 0.1  # the largest over the half width, of rings their breadth; that at the rim over it, at most
 _SECTORS, _MORE = 32, 3  # of a disc on the coarser division, and at most times as many where it is wide
 _PAIR, _CUBE = 6e-7, 6e-10  # s that two triangles take, and a class, over its triangles' cube
 _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far away; its permeability
@@ -47,7 +47,8 @@ def divided_surfaces(
     `scale` is the distance to the coils, how far from the middle these call for small cells, and the length on which
     their field changes [m]. TooLarge where they do not fit, SceneError where they take too long.
     """
-    (distance, (reach, far), length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
+    (distance, (reach, far), length), smooth = scale, plate.shape != "outline"
+    width = (min(plate.extent) - plate.hole) / 2
     counts = _LEVELS["smooth" if smooth else "outline"]
     finer = counts[1] / counts[0]
     largest = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * width)
