@@ -14,7 +14,7 @@ from sits_mech.quantities import Pose
 from sits_mech.scene.sensor import Coil, Conductor, Sensor, Target, load_sensor
 
 METAL, COUNT = 41, 61  # scenes without permeable parts, all
-KINDS = ("foil", "disc", "block", "foil r", "plate r", "block r", "two", "two r", "ground", "ground drawn", "frame",
+KINDS = ("foil", "disc", "block", "foil r", "plate r", "block r", "two", "two r", "ground", "ground drawn", "ring",
          "disc")
 THICKNESS = {"foil": (1e-5, 7e-5), "disc": (1e-4, 5e-4), "block": (1e-3, 5e-3)}  # [m]
 GAP, FREQUENCY = (5e-5, 5e-3), (5e3, 2.5e7)  # [m], [Hz]
@@ -58,7 +58,7 @@ def sheet_scene(number: int) -> SheetScene:
     kind = KINDS[number % len(KINDS)]
     a, gap, frequency = coil.outer_diameter / 2, log(*GAP), log(*FREQUENCY)
     r, thick = a * log(0.4, 2.0), {"f": "foil", "b": "block"}.get(kind[0], "disc")
-    if kind.startswith(("two", "frame")):
+    if kind.startswith(("two", "ring")):
         thick = tuple(THICKNESS)[int(rng.integers(3))]
     if kind.startswith("ground"):
         thick = tuple(THICKNESS)[int(rng.integers(2))]
@@ -73,8 +73,8 @@ def sheet_scene(number: int) -> SheetScene:
         target = Target(shape="disc", diameter=2 * r, **metal)
     if kind.endswith(" r"):
         target, pose = Target(**rectangle, **metal), Pose(x, gap, tilt, y)
-    if kind == "frame":
-        target = Target(shape="outline", points=square(0.886 * r), holes=(square(0.443 * r)[::-1],), **metal)
+    if kind == "ring":
+        target = Target(shape="ring", diameter=2 * r, inner_diameter=r, **metal)
     if kind.startswith("two"):
         form = {"shape": "disc", "diameter": 2 * wide}
         if kind == "two r":
@@ -89,7 +89,7 @@ def sheet_scene(number: int) -> SheetScene:
     sensor = base.model_copy(update={
         "coils": (coil,), "target": target, "conductors": parts, "frequency": frequency, "elastomer": None,
     })
-    return SheetScene(kind, sensor, pose, kind in ("foil", "disc", "block", "two", "ground"))
+    return SheetScene(kind, sensor, pose, kind in ("foil", "disc", "block", "two", "ground", "ring"))
 
 
 def permeable(
@@ -114,8 +114,3 @@ def close_foil() -> SheetScene:
     coil = base.coils[0].model_copy(update={"centre": (0.0, 0.0)})
     changed = {"coils": (coil,), "target": foil, "frequency": 25e6, "elastomer": None}
     return SheetScene("foil", base.model_copy(update=changed), Pose(0.0, 1e-4), True)
-
-
-def square(half: float) -> tuple[tuple[float, float], ...]:
-    """Return its corners, counter-clockwise [m]."""
-    return tuple((p * half, q * half) for p, q in SIGNS)

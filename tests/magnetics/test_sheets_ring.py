@@ -142,7 +142,7 @@ def test_ferrite_rings_over_a_round_coil(inner: float) -> None:
     sensor, pose = scene(ring(10, inner, 0.5, conductivity=1e-3, relative_permeability=100.0)), Pose(0.0, 1 * MM)
     found, exact = sheets(sensor, 1e-2).impedance(pose, 1e6), axisymmetric_fem(sensor, 1e-3)
     value, right = change(found).real, change(exact.impedance(pose, 1e6)).real
-    assert value == pytest.approx(right, rel=5e-3) and abs(value - right) < 1.5 * found.error_L.max()
+    assert value == pytest.approx(right, rel=5e-4) and abs(value - right) < found.error_L.max()
 
 
 def test_ferrite_rings_are_the_same_from_all_sides() -> None:

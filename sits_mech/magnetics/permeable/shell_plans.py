@@ -2,8 +2,13 @@
 
 Of windings at a distance d, whose field changes over a length l, the slope bends at their ends by 1/l within d. Linear
 functions on cells h long are h^2/(l d) off there: the finer cells follow sqrt(l d). Only where they are about as short
-as d do two divisions show it; else the estimated error grows like (h/d)^2. At a thick rim the potential goes like
-r^q, q from 2/3: what cells there leave falls like h^(2 q) only, and may cancel in the step. They are a tenth of others.
+as d do two divisions show it; else the estimated error grows like (h/d)^2.
+
+At a thick rim the potential goes like r^q, q from 2/3: what cells there leave falls like h^(2 q) only. Of that alone,
+by the best slopes, two divisions leave 0.7 to 0.8 of the stated error where the cells at the rim are a tenth of the
+largest, 1.1 to 1.3 at a fifth, 1.9 to 2.2 at two fifths. What the middle leaves may cancel it in the step, that of half
+a height in 2 and 4 cells above all, 2e-3 to 3e-3 of the energy at its edge: of ferrite 0.4 mm thick twice the stated
+error. In 4 and 8 cells it is 5e-4 to 1.3e-3, and 0.3 to 0.8 of what is stated.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ _LEVELS = {"smooth": (4, 2), "outline": (3, 2)}  # parts of the cells of two div
 _LEFT = 1.0, 0.2  # estimated error over what is extrapolated, of outlines and of smooth maps
 _MIDDLE, _PER_DIGIT = 8.0, 0.2  # digits of a rung, by which cells shrink
 _SHOWN = 2.5  # cells over d from which (h/d)^2 counts: 0.026 of it were missed at most of the step
-_WIDEST, _RIM = 0.25, 0.1  # the largest over the half width; that at the rim over it, at most
+_WIDEST, _RIM = 0.25, 0.1  # the largest over the half width, of rings their breadth; that at the rim over it, at most
 _SECTORS, _MORE = 32, 3  # of a disc on the coarser division, and at most times as many where it is wide
 _PAIR, _CUBE = 6e-7, 6e-10  # s that two triangles take, and a class, over its triangles' cube
 _FEW, _UNBOUNDED = 3, 1e9  # cells along the longer half side of a plate far away; its permeability
@@ -42,7 +47,8 @@ def divided_surfaces(
     `scale` is the distance to the coils, how far from the middle these call for small cells, and the length on which
     their field changes [m]. TooLarge where they do not fit, SceneError where they take too long.
     """
-    (distance, (reach, far), length), width, smooth = scale, min(plate.extent) / 2, plate.shape != "outline"
+    (distance, (reach, far), length), smooth = scale, plate.shape != "outline"
+    width = (min(plate.extent) - plate.hole) / 2
     counts = _LEVELS["smooth" if smooth else "outline"]
     finer = counts[1] / counts[0]
     largest = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * width)
@@ -50,7 +56,7 @@ def divided_surfaces(
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
     along = replace(_ALONG, first=first, largest=largest, reach=reach, far=far)
     plans = _plans(plate, along, counts)
-    heights = replace(_ALONG, first=first, largest=plate.thickness)
+    heights = replace(_ALONG, first=first, largest=plate.thickness / 4)
     surfaces = [surface(plan, graded_axis(plate.thickness / 2, heights.coarser(counts[1], parts)))
                 for plan, parts in zip(plans, counts, strict=True)]
     _check(surfaces[0], sources)

@@ -11,8 +11,10 @@ in the plane outwards, the distances d_e of x's foot inside them, lengths l_e an
     int h/r^3 l_a = l_a(foot) Omega - h grad l_a . sum m_e L_e,
 
 Omega the solid angle. Near triangles take Gauss points in the first and these, others Gauss points in both, far ones
-in the second alone. Errors of the integrals are 1e-3; of far ones 1e-4, as these add to each other, which no
-finer division shows: with a third of the distance small discs are 4e-4 to 5e-4 of Delta Z off.
+in the second alone. Errors of the integrals are 1e-3; of far ones less, as these add to each other, which no finer
+division shows: with a third of the distance small discs are 4e-4 to 5e-4 of Delta Z off. The second moments of the
+first, 1/8 of its largest radius squared (1/6, if long), are missing, 1/(8 (2 n)^2) of 1/r at n sums of two such radii:
+1.4e-4 from n = 15 on.
 
 Source: A. van Oosterom, J. Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125; D. R. Wilton et al., IEEE Trans. Antennas
 Propag. 32 (1984) 276.

@@ -4,12 +4,13 @@ A plate needs the mean of each coil's A over each cell; of a coil c, with the di
 
     g_c = integral over the plate of w . A_c dV.
 
-A_c is taken at Gauss points of each cell: two along an axis where the windings are further away than a cell is long,
-and one more for each doubling of the cell over that distance (error of the mean some 2e-4 of the field there, and less
-elsewhere). Through the thickness of a plate in its poses A is a polynomial, of few terms; at a height z above its
-bottom face the windings are z further away (z cos of its tilt), and points are as many as that asks. Over a plate that
-stands still rings have the profile P(rho) on each sheet's heights (see `coils.ring_field`), found once and interpolated
-by cubic splines; spirals, and rings over a plate at an angle, are summed at every point.
+A_c is taken at Gauss points of each cell: two along an axis where the windings are twice as far away as a cell is long,
+and one more for each doubling of the cell. Cells of a foil that are nine gaps long are 6e-6 of A off; one point less,
+and five at most, leave 5e-5, of which extrapolation makes 2e-4 of R and 6e-4 of L. Through the thickness of a plate in
+its poses A is a polynomial, of few terms; at a height z above its bottom face the windings are z further away (z cos of
+its tilt), and points are as many as that asks. Over a plate that stands still rings have the profile P(rho) on each
+sheet's heights (see `coils.ring_field`), found once and interpolated by cubic splines; spirals, and rings over a plate
+at an angle, are summed at every point.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from sits_mech.magnetics.space.lift import Lift
 from sits_mech.quantities import Array, Integers
 from sits_mech.scene.sensor import Coil
 
-_MOST = 5  # Gauss points along an axis
+_MOST = 7  # Gauss points along an axis
 _WITHIN = 6  # Gauss points through a sheet, for means of its polynomials: exact to the 11th order
 
 
@@ -227,7 +228,7 @@ class PlateCells:
 
 def _count(sides: Array, away: Array | float) -> Integers:
     """Return how many Gauss points along an axis cells of some sides take, a way off the windings."""
-    return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(sides / away, 1.0))).astype(int), _MOST))
+    return np.asarray(np.minimum(2 + np.ceil(np.log2(np.maximum(2.0 * sides / away, 1.0))).astype(int), _MOST))
 
 
 def farthest_winding(coils: Sequence[Coil], seen: Sources | None) -> float:

@@ -8,6 +8,7 @@ import weakref
 import numpy as np
 import pytest
 from common.infinite_plate import Layer, coil_change
+from common.sheet_scenes import sheet_scene
 
 from sits_mech.geometry.windings import coil_sections
 from sits_mech.magnetics.modes import Factored
@@ -186,3 +187,11 @@ def test_a_plate_close_to_coils_answers_one_frequency_as_all(sensor: Sensor, ask
         np.testing.assert_allclose(own, whole, rtol=0, atol=1e-10 * np.abs(whole).max())
     with pytest.raises(ValueError, match=r"omega: must be .* rad/s, for which the plate is solved; got"):
         plates[0].reactions(plates, seen, 1.1 * asked)
+
+
+def test_a_foil_nine_gaps_a_cell_is_as_finite_elements_have_it() -> None:
+    """20 um thick, 54 um over the windings: L was 6e-4 off by five points a cell; common/reference_sheets.json."""
+    scene, omega_L = sheet_scene(36), -2.7647186789110863e-05
+    found = sheets(scene.sensor, 1e-2).impedance(scene.pose, scene.sensor.frequency)
+    off = 2 * np.pi * scene.sensor.frequency * (found.L - found.L0).item() / omega_L - 1.0
+    assert abs(off) < 1e-4
