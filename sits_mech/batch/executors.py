@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import cache
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _DROPPED = 0.2  # seconds until a pool has dropped what is cancelled: killed before, it would set a result of that
+_ENDING = signal.SIGINT, signal.SIGTERM
 _ANSWER_TIMEOUT = 10  # seconds a cluster may take to answer
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
 _ALONE = threading.Lock()
@@ -59,6 +61,7 @@ def workers(processes: int = 1, where: str | Executor | Client | None = None) ->
     else:
         executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
         try:
+            _launch(executor, processes)
             yield executor
         except KeyboardInterrupt:
             executor.shutdown(wait=False, cancel_futures=True)
@@ -80,9 +83,22 @@ def cluster_size(address: str) -> int:
     return count
 
 
+def _launch(executor: Executor, processes: int) -> None:
+    """Start a pool's workers, one a call; signals come to this process after that, and to them when they ignore them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        return
+    resource_tracker.ensure_running()  # which would let signals in
+    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    try:
+        for _ in range(processes):
+            executor.submit(int)
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+
+
 def _start() -> None:
     """Make a process a worker: one BLAS thread, gone when its parent is, which alone is interrupted."""
-    for each in (signal.SIGINT, signal.SIGTERM):
+    for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
     _limit_threads()
     parent = multiprocessing.parent_process()

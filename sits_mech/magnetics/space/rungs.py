@@ -88,7 +88,7 @@ ROUGH = 3e-2
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 2e-4  # the same where levels show no order: of R at rims, a fifth in more cells, of both close to coils
 _BETWEEN = 0.5  # error over what is between order 2 and faster ones
-_HIDDEN = 2.5  # error over what corners add to the last difference, as rims err the other way: 2.2 seen
+_OF_CORNERS = 0.25, 2.5  # error over what corners leave by the last step, in three parts and more: 0.15, 2.2 found
 _CLOSE = 0.45, 0.15  # of what is added to both where cells are as long as the gap, of half a skin depth and more
 _Plates = TypeVar("_Plates")
 
@@ -169,7 +169,8 @@ class ImpedanceLimit:
     that of R falls much faster in few cells, less than four parts, that of L, but close to coils, between both: the
     error holds half of what is between; close to coils all faces are as rims. The field goes like r^(pi/w) at a corner
     of thick plates, w its larger angle, in the metal or outside it: errors fall like h^(2 pi / w) (`corners`, least
-    order), as h^(4/3) of rectangles, of which levels 4 to 11 show h^1.4. What that is more than h^2 is error.
+    order), as h^(4/3) of rectangles, of which levels 4 to 11 show h^1.4. What that is more than h^2 is error; rims,
+    which err the other way, hide half of it in levels 4 to 6, and nearly all in 3 to 5.
     Where one sheet a half begins the levels across, which is of no family, their whole rest is its error; where cells
     are few, that of all levels at least. From two or three parts on, and close to coils, the next term may vanish by
     chance: |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
@@ -220,7 +221,8 @@ class ImpedanceLimit:
         if len(forms) == 1:
             return np.zeros_like(forms[0])
         rung, found, (m, n, o) = self.rung, list[Array](), self.rung.along
-        corner = self.thick * _HIDDEN * (remainder(rung.along, self.corners) - remainder(rung.along, _ORDER))
+        slow = remainder(rung.along, self.corners) - remainder(rung.along, _ORDER)
+        corner = self.thick * _OF_CORNERS[m >= _STEM] * slow
         k, few, skin = self.crowded, self.crowded * (m < _STEM), min(2.0 * self.thickness, 1.0) ** 2 * self.close
         shown, rims = _NEXT * (n + o) / (m * (m + n + o)), (_RIM[0] * max(few, 0.2 * k), 0.0)
         if self.close:
