@@ -53,14 +53,15 @@ def target_outline(target: Target | Conductor) -> Outline:
     return Outline(target.loops) if target.loops else _simple_outline(target.extent, target.is_round)
 
 
-def widest_angle(part: Target | Conductor) -> float:
-    """Return the largest angle at a corner of a plate, inside its metal or outside [rad]."""
-    found = np.pi
-    for loop in target_outline(part).turned:
+def widest_angles(part: Target | Conductor) -> Array:
+    """Return the largest angles at corners of a plate, inside its metal and outside, pi at least, (2,) [rad]."""
+    found = [np.zeros(2)]
+    for loop in target_outline(part).turned if not part.is_round else ():
         before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
         cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        found = max(found, float(np.pi + np.abs(np.arctan2(cross, (before * after).sum(axis=1))).max()))
-    return found
+        turn = np.arctan2(cross, (before * after).sum(axis=1))
+        found.append(np.array([(-turn).max(), turn.max()]))
+    return np.asarray(np.pi + np.max(found, axis=0))
 
 
 def fixed_loops(part: Conductor, up: float = 0.0) -> list[Array]:

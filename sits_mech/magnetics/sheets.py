@@ -39,7 +39,7 @@ import numpy as np
 
 from sits_mech.description import Refusal
 from sits_mech.geometry.collision import PlacedPlate, overlapping, placed_plates
-from sits_mech.geometry.outline import widest_angle
+from sits_mech.geometry.outline import widest_angles
 from sits_mech.geometry.tracks import path_notes
 from sits_mech.magnetics.answer import Kind, Reaction, answer, largest, serving
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -270,9 +270,9 @@ def not_representable(sensor: Sensor) -> Refusal | None:
     return overlapping(sensor)
 
 
-def _corners(parts: Sequence[PlacedPlate]) -> float:
-    """Return the least order by which errors fall at the corners of plates."""
-    return min(2.0 if part.plate.is_round else 2.0 * math.pi / widest_angle(part.plate) for part in parts)
+def _corners(parts: Sequence[PlacedPlate]) -> tuple[float, ...]:
+    """Return the least orders by which errors fall at plates' corners, into the metal and out of it."""
+    return tuple(np.min([2.0 * math.pi / widest_angles(part.plate) for part in parts], axis=0).tolist())
 
 
 def _errors(value: Complex, left: Complex, plates: Sequence[Divided], among: bool) -> tuple[Complex, float]:

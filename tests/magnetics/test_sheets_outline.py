@@ -10,7 +10,7 @@ from scipy.constants import mu_0
 from scipy.sparse import vstack
 from scipy.sparse.linalg import spsolve
 
-from sits_mech.geometry.outline import Outline, outline_plan, widest_angle
+from sits_mech.geometry.outline import Outline, outline_plan, widest_angles
 from sits_mech.geometry.sheet_plan import Grading, plan_seams
 from sits_mech.geometry.tracks import TrackBars
 from sits_mech.magnetics.coils.loops import free_inductances
@@ -127,20 +127,21 @@ def test_levels_of_an_outline_are_parts_of_the_same_cells() -> None:
 
 
 def test_corners_own_to_their_order() -> None:
-    """Those out of the metal like those into it."""
+    """Those into the metal where current crowds, and those out of it."""
     corners = Outline((((0.0, 0.0), (2e-3, 0.0), (2e-3, 1e-3), (1e-3, 1e-3), (1e-3, 2e-3), (0.0, 2e-3)),))
-    for outline, quarters in ((corners, 3), (SQUARE, 3), (Outline((*SQUARE.loops, corners.loops[0])), 3)):
+    for outline, quarters in ((corners, (3, 3)), (SQUARE, (2, 3)), (Outline((*SQUARE.loops, *corners.loops)), (3, 3))):
         part = of_outline(outline).target
         assert part is not None
-        assert widest_angle(part) == pytest.approx(quarters * np.pi / 2, rel=1e-9)
-    Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.1 / m ** (4 / 3))]]) for m in (6, 4, 3, 4, 4)]
-    rung = PlateRung((3, 4, 6), (3, 4, 5), 7.0)
-    off, error = (
-        abs((forms[0] - 1.0 - 1.0j).item().imag) / limit.errors(forms).item().imag
-        for limit in (ImpedanceLimit(rung, 1e3, 1e3, corners=order) for order in (2.0, 4 / 3))
-        for forms in (limit.forms(Z),)
-    )
-    assert error < 1.0 < off
+        assert widest_angles(part) == pytest.approx(np.array(quarters) * np.pi / 2, rel=1e-9)
+    for along, orders in (((3, 4, 6), (4 / 3, 2.0)), ((4, 5, 6), (2.0, 4 / 3))):
+        Z = [np.array([[(1.0 + 1.0j) * (1.0 - 0.1 / m ** (4 / 3))]]) for m in (*along[::-1], 4, 4)]
+        off, error = (
+            abs((forms[0] - 1.0 - 1.0j).item().imag) / limit.errors(forms).item().imag
+            for limit in (ImpedanceLimit(PlateRung(along, (3, 4, 5), 7.0), 1e3, 1e3, corners=own)
+                          for own in ((2.0, 2.0), orders))
+            for forms in (limit.forms(Z),)
+        )
+        assert error < 1.0 < off
 
 
 @pytest.mark.parametrize("mirror", [1, -1])

@@ -88,7 +88,7 @@ ROUGH = 3e-2
 _LEFT = 5e-5  # of R and of omega Delta L, what no division shows: means of 1/r, 2e-5 by `prisms`, extrapolated
 _RIM = 5e-3, 2e-4  # the same where levels show no order: of R at rims, a fifth in more cells, of both close to coils
 _BETWEEN = 0.5  # error over what is between order 2 and faster ones
-_OF_CORNERS = 0.25, 2.5  # error over what corners leave by the last step, in three parts and more: 0.15, 2.2 found
+_OUTSIDE = 0.25, 2.5  # error over what corners outside leave by the last step, of L from four parts on: 0.15, 2.2 found
 _CLOSE = 0.45, 0.15  # of what is added to both where cells are as long as the gap, of half a skin depth and more
 _Plates = TypeVar("_Plates")
 
@@ -167,20 +167,20 @@ class ImpedanceLimit:
     whether coils are as close as its cells are long, and show the next term less. Along a plate errors fall like the
     square of the cells, that term of thin ones like their cube. Where the current of a thick plate crowds at the rim,
     that of R falls much faster in few cells, less than four parts, that of L, but close to coils, between both: the
-    error holds half of what is between; close to coils all faces are as rims. The field goes like r^(pi/w) at a corner
-    of thick plates, w its larger angle, in the metal or outside it: errors fall like h^(2 pi / w) (`corners`, least
-    order), as h^(4/3) of rectangles, of which levels 4 to 11 show h^1.4. What that is more than h^2 is error; rims,
-    which err the other way, hide half of it in levels 4 to 6, and nearly all in 3 to 5.
+    error holds half of what is between; close to coils all faces are as rims. At a corner of an angle w in the metal
+    where current crowds, and of w outside it around a thick plate, the field goes like r^(pi / w) and errors fall like
+    h^(2 pi / w) (`corners`, both least orders): that of rectangles, 4/3, shows as 1.4 in levels 4 to 11. What is more
+    than h^2 is error; rims, which err the other way, hide half of that of L in levels 4 to 6, nearly all in 3 to 5.
     Where one sheet a half begins the levels across, which is of no family, their whole rest is its error; where cells
-    are few, that of all levels at least. From two or three parts on, and close to coils, the next term may vanish by
-    chance: |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
+    are few, that of all levels at least. From two parts on, close to coils, and from three where current is uneven, the
+    next term may vanish by chance: |rest| / m^2 is the least error there (1.4 |rest| / n^2 was seen).
     """
 
     rung: PlateRung
     thickness: float
     finest: float
     close: bool = False
-    corners: float = 2.0
+    corners: tuple[float, ...] = (2.0, 2.0)
 
     @property
     def thick(self) -> float:
@@ -221,20 +221,23 @@ class ImpedanceLimit:
         if len(forms) == 1:
             return np.zeros_like(forms[0])
         rung, found, (m, n, o) = self.rung, list[Array](), self.rung.along
-        slow = remainder(rung.along, self.corners) - remainder(rung.along, _ORDER)
-        corner = self.thick * _OF_CORNERS[m >= _STEM] * slow
-        k, few, skin = self.crowded, self.crowded * (m < _STEM), min(2.0 * self.thickness, 1.0) ** 2 * self.close
+        into, out = (remainder(rung.along, order) - remainder(rung.along, _ORDER) for order in self.corners)
+        uneven = min(2.0 * self.thickness, 1.0) ** 2
+        k, few = self.crowded, self.crowded * (m < _STEM)
         shown, rims = _NEXT * (n + o) / (m * (m + n + o)), (_RIM[0] * max(few, 0.2 * k), 0.0)
         if self.close:
             shown, rims = _SAFETY, (_RIM[0] * self.thick, _RIM[1] * self.thick)
         orders, shares = (_FASTER[0] * few, _FASTER[1] * k * (not self.close)), (shown * (1.0 - few), shown)
-        least = max(rung.few, (self.close or m < _STEM) / m**2)
+        least = max(rung.few, max(self.close, m == 2, uneven * (m < _STEM)) / m**2)
+        corners = (max(k * into, share * self.thick * out) for share in (_OUTSIDE[0], _OUTSIDE[m >= _STEM]))
         parts = [Z.real for Z in forms], [Z.imag for Z in forms]
-        for (value, *d), faster, share, rim, close in zip(parts, orders, shares, rims, _CLOSE, strict=True):
+        for (value, *d), faster, share, rim, close, corner in zip(
+            parts, orders, shares, rims, np.array(_CLOSE) * self.close, corners, strict=True
+        ):
             x, error_x = extrapolated_rest(d[0], d[1], rung.along, _ORDER)
             z, error_z = extrapolated_rest(d[2], d[3], rung.across, _ORDER)
             between = x - remainder(rung.along, _ORDER + faster) * d[1]
-            own = share * error_x + _BETWEEN * np.abs(between) + close * skin * np.abs(x) + corner * np.abs(d[1])
+            own = share * error_x + _BETWEEN * np.abs(between) + close * uneven * np.abs(x) + corner * np.abs(d[1])
             own = own + np.maximum(error_z, np.abs(z) * (rung.across[0] == 1))
             own = np.maximum(own, least * np.abs(x) + rung.few * np.abs(z))
             found.append(own + sum(map(np.abs, d[4:])) + (_LEFT + rim) * np.abs(value))
