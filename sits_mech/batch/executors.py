@@ -73,8 +73,8 @@ def cluster_size(address: str) -> int:
 def _pool(processes: int) -> Iterator[Executor]:
     """Yield processes of this machine; wait for what they compute, but end them after an error or where one was lost.
 
-    Calls are dropped first: a pool whose process ends sets an error of each that it holds, which cancelled ones refuse.
-    Its own thread alone reaps the processes: another that does so at once may leave one counted as alive.
+    It is shut down first, which its thread reads before that a process is gone: then it would set an error of each call
+    that it holds, and cancelled ones refuse that. That thread alone reaps: of two at once one may count the dead.
     """
     executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
     own = executor._processes
@@ -88,8 +88,6 @@ def _pool(processes: int) -> Iterator[Executor]:
         if manager:
             try:
                 executor.shutdown(wait=False, cancel_futures=True)
-                while executor._cancel_pending_futures and not executor._broken:
-                    manager.join(0.01)
             finally:
                 for each in own.values():
                     each.kill()  # they ignore to be terminated

@@ -256,8 +256,12 @@ if __name__ == "__main__":
             found = [executor.submit(case) for _ in range(9)]
             while not pathlib.Path(__file__).with_name("begun").exists():
                 time.sleep(0.01)
-            os.killpg(0, int(sys.argv[1]))
-            found[0].result()
+            try:
+                os.killpg(0, int(sys.argv[1]))
+                found[0].result()
+            finally:
+                for each in found:
+                    each.cancel()  # as a sweep does
     except KeyboardInterrupt:
         print("interrupted", len(active_children()))
 """
