@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Read = TypeVar("Read")
 MM = 1e3  # millimetres in a metre
 SLACK = 1e-9  # relative: lengths that are equal as written may differ by rounding
-_FACTOR = r"[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
+_FACTOR = r"(?:[A-Za-zµμΩ°]+|%(?!.*%))(?:(?:\^|\*\*)-?[1-9]|[23²³])?"
 _QUANTITY = re.compile(
     rf"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{{1,3}})?)\s*((?:(?<=\s)1\s*/\s*)?{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s+{_FACTOR})*)?\s*"
 )

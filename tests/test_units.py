@@ -1,6 +1,7 @@
 """Units that are read at once: the same as pint reads them, and pint stays away."""
 
 import math
+import re
 import subprocess
 import sys
 
@@ -9,6 +10,7 @@ import pint
 import pytest
 
 from sits_mech import units
+from sits_mech.batch.requests import SHARE
 from sits_mech.units import SceneError, checked_tolerance, is_unit, quantity, quantity_or_range, quantity_range
 
 REGISTRY = pint.UnitRegistry()
@@ -38,6 +40,14 @@ def test_other_dimensions_are_refused(text: str) -> None:
         quantity(text, "Pa", "x")
 
 
+@pytest.mark.parametrize("text", ["2 %%", "2 % %", "2 %*%"])
+def test_a_percent_of_a_percent_is_a_slip(text: str) -> None:
+    """It would be 2e-4."""
+    with pytest.raises(SceneError, match=f'x: must be a plain number; got "{re.escape(text)}"'):
+        quantity(text, "", "x")
+    assert quantity("2 %", "", "x") == 0.02 and quantity("2 %/K", "1/K", "x") == 0.02
+
+
 def test_a_catalogued_sensor_needs_no_pint() -> None:
     """It takes a third of a second to come."""
     load = "from sits_mech.scene.sensor import load_sensor; load_sensor('biorob2018')"
@@ -56,6 +66,11 @@ def test_tolerance_is_checked_in_one_place() -> None:
     for wrong, words in (("1 %", '"1 %"'), (None, "None")):
         with pytest.raises(SceneError, match=f"tolerance must lie between 0 and 1; got {words}"):
             checked_tolerance(wrong)
+    for share in (1e-16, 0.9995):  # of a study too
+        assert SHARE.check(share) == checked_tolerance(share) == share
+    for wrong in (0.0, 1.0, "100 %"):
+        with pytest.raises(SceneError, match="must be a share .* between 0 and 1"):
+            SHARE.check(wrong)
     with pytest.raises(SceneError, match="tolerance must lie between 1e-07 and 1; got 1e-08"):
         checked_tolerance(1e-8, 1e-7)
 

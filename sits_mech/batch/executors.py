@@ -14,12 +14,10 @@ import pydoc
 import signal
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import cache
-from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -32,7 +30,6 @@ from sits_mech.version import __version__
 if TYPE_CHECKING:
     from distributed import Client
 
-_DROPPED = 0.2  # seconds until a pool has dropped what is cancelled: killed before, it would set a result of that
 _ENDING = signal.SIGINT, signal.SIGTERM
 _ANSWER_TIMEOUT = 10  # seconds a cluster may take to answer
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # what a BLAS asks for when it is loaded
@@ -59,19 +56,8 @@ def workers(processes: int = 1, where: str | Executor | Client | None = None) ->
         with threadpool_limits(1):
             yield None
     else:
-        executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
-        try:
-            _launch(executor, processes)
-            yield executor
-        except KeyboardInterrupt:
-            executor.shutdown(wait=False, cancel_futures=True)
-            time.sleep(_DROPPED)
-            for each in multiprocessing.active_children():
-                each.kill()
-                each.join()
-            raise
-        finally:
-            executor.shutdown(cancel_futures=True)
+        with _pool(processes) as pool:
+            yield pool
 
 
 def cluster_size(address: str) -> int:
@@ -83,23 +69,49 @@ def cluster_size(address: str) -> int:
     return count
 
 
-def _launch(executor: Executor, processes: int) -> None:
-    """Start a pool's workers, one a call; signals come to this process after that, and to them when they ignore them."""
+@contextmanager
+def _pool(processes: int) -> Iterator[Executor]:
+    """Yield processes of this machine; wait for what they compute, but end them after an error or where one was lost.
+
+    It is shut down first, which its thread reads before that a process is gone: then it would set an error of each call
+    that it holds, and cancelled ones refuse that. That thread alone reaps: of two at once one may count the dead.
+    """
+    executor = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"), initializer=_start)
+    own = executor._processes
+    try:
+        _launch(executor, processes)
+        yield executor
+        if not executor._broken:
+            executor.shutdown(cancel_futures=True)
+    finally:
+        manager: threading.Thread | None = executor._executor_manager_thread  # type: ignore[assignment]  # stubs err
+        if manager:
+            try:
+                executor.shutdown(wait=False, cancel_futures=True)
+            finally:
+                for each in own.values():
+                    each.kill()  # they ignore to be terminated
+            manager.join()
+
+
+def _launch(executor: ProcessPoolExecutor, processes: int) -> None:
+    """Start all workers of a pool with signals held back, here until they run and in each until it ignores them."""
     if not hasattr(signal, "pthread_sigmask"):
         return
-    resource_tracker.ensure_running()  # which would let signals in
-    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
     try:
-        for _ in range(processes):
+        while len(executor._processes) < processes:  # a call starts one where none is idle
             executor.submit(int)
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _start() -> None:
     """Make a process a worker: one BLAS thread, gone when its parent is, which alone is interrupted."""
     for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
     _limit_threads()
     parent = multiprocessing.parent_process()
     if parent is not None:

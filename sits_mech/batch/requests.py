@@ -7,6 +7,7 @@ one process share what they can: a scene's models are made once, and prepare the
 from __future__ import annotations
 
 import itertools
+import math
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -108,8 +109,8 @@ def _range(unit: str) -> Reads:
     return Reads(check, {"anyOf": [{"type": "number"}, text], "x-unit": unit})
 
 
-SHARE = within("", 1e-15, 0.999, 'a share such as "1 %" between 0 and 1')
-"""What reads a tolerance."""
+SHARE = within("", math.ulp(0.0), math.nextafter(1.0, 0.0), 'a share such as "1 %" between 0 and 1')
+"""What reads a tolerance, as `checked_tolerance` does."""
 
 
 @lru_cache(maxsize=64)

@@ -127,7 +127,8 @@ def main() -> None:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     gc.set_threshold(10_000, 20, 1000)  # what is imported is no garbage: a fifth of its time was the search
     keep_by_default()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a scheduler's end of a job is as Ctrl-C
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a scheduler's end of a job is as Ctrl-C
     if sys.stderr is None:  # closed by the shell
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 import xarray as xr
 
 import sits_mech as sm
-from sits_mech.batch.executors import _alone, _check_versions, cluster_size
+from sits_mech.batch.executors import _alone, _check_versions, cluster_size, workers
 from sits_mech.cli.main import run
 from sits_mech.units import SceneError
 from sits_mech.version import __version__
@@ -255,8 +256,12 @@ if __name__ == "__main__":
             found = [executor.submit(case) for _ in range(9)]
             while not pathlib.Path(__file__).with_name("begun").exists():
                 time.sleep(0.01)
-            os.killpg(0, int(sys.argv[1]))
-            found[0].result()
+            try:
+                os.killpg(0, int(sys.argv[1]))
+                found[0].result()
+            finally:
+                for each in found:
+                    each.cancel()  # as a sweep does
     except KeyboardInterrupt:
         print("interrupted", len(active_children()))
 """
@@ -272,6 +277,57 @@ def test_an_end_of_all_processes_is_that_of_one(tmp_path: Path, ending: signal.S
         start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert (done.stdout, done.stderr, done.returncode) == ("interrupted 0\n", "", 0)
+
+
+LOST = """
+import multiprocessing, os, pathlib, signal, sys, time
+from concurrent.futures import BrokenExecutor
+from sits_mech.batch.executors import workers
+
+def case(k):
+    pathlib.Path(__file__).with_name(f"begun{os.getpid()}").touch()
+    time.sleep(100)
+
+if __name__ == "__main__":
+    other = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(100,))
+    other.start()
+    try:
+        with workers(2) as executor:
+            found = executor.submit(case, 1), executor.submit(case, 2)
+            while len(begun := [*pathlib.Path(__file__).parent.glob("begun*")]) < 2:
+                time.sleep(0.01)
+            os.kill(int(begun[0].name[5:]), signal.SIGKILL)
+            began = time.monotonic()
+            if sys.argv[1] == "raised":
+                found[1].result()
+            found[1].exception()
+    except BrokenExecutor:
+        assert sys.argv[1] == "raised"
+    print(time.monotonic() - began < 2.0, multiprocessing.active_children() == [other], other.is_alive())
+    other.kill()
+"""
+
+
+@pytest.mark.parametrize("way", ["raised", "caught"])
+def test_a_lost_worker_ends_its_pool_at_once(tmp_path: Path, way: str) -> None:
+    """The other worker's case is not waited for; processes of the caller's own live on."""
+    (tmp_path / "lost.py").write_text(LOST)
+    words = [sys.executable, str(tmp_path / "lost.py"), way]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("True True True\n", "")
+
+
+def test_signals_are_held_back_only_where_they_were() -> None:
+    """Of the caller they stay as they were; workers hold none back that they leave to what they start."""
+    resource_tracker.ensure_running()  # which lets signals in when it is started
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+    try:
+        with workers(2) as executor:
+            own = executor.submit(signal.pthread_sigmask, signal.SIG_BLOCK, []).result()
+            assert not own & {signal.SIGINT, signal.SIGTERM}
+        assert signal.SIGTERM in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 PROBE = """

@@ -599,6 +599,16 @@ def test_interrupted_calibration_keeps_what_is_done(tmp_path: Path, ending: sign
     assert not (folder / "result.nc").exists()
 
 
+@pytest.mark.parametrize("before", [signal.SIG_DFL, signal.SIG_IGN])
+def test_an_ignored_end_stays_ignored(before: signal.Handlers) -> None:
+    """As who starts the command has it, a shell's trap for one; else it is an interruption."""
+    code = "import signal, sys; from sits_mech.cli import main\nsys.argv = ['sits-mech', '-h']\ntry: main.main()\n"
+    code += "except SystemExit: print(signal.getsignal(signal.SIGTERM) is signal.default_int_handler)"
+    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, timeout=60,
+                          preexec_fn=lambda: signal.signal(signal.SIGTERM, before))
+    assert (done.stdout.split()[-1], done.stderr) == (str(before == signal.SIG_DFL), "")
+
+
 _SOLVING = {"scipy", "xarray", "pandas", "skfem", "pint"}
 _ALL_HEAVY = {*_SOLVING, "numpy", "pydantic", "matplotlib"}
 _DRAWN = """

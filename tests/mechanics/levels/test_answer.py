@@ -14,7 +14,7 @@ from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels.answer import errors_of, extrapolated_equilibrium, relative, scaled_control
 from sits_mech.mechanics.levels.words import wrench_words
 from sits_mech.mechanics.pad.section import SectionFineness, bonded_body
-from sits_mech.notes import NoteKind
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import Wrench
 from sits_mech.scene.sensor import load_sensor
 
@@ -79,6 +79,14 @@ def test_a_level_on_which_the_target_does_not_settle_is_left_out():
     )
     assert bad.pose == two.pose != good.pose and bad.error == two.error
     assert good.report.estimated_error < two.report.estimated_error
+
+
+def test_a_level_beyond_memory_is_noted(monkeypatch):
+    """The answer is that of the levels before, where a further one would have been solved."""
+    layer, large = planar_layer(pad(20, 15, 2), 4e-4), Note.of(NoteKind.MESH_TOO_LARGE, needed=2.0, limit=1.0)
+    monkeypatch.setattr("sits_mech.mechanics.levels.family.Levels.check_memory", lambda _, k: large if k > 1 else None)
+    found = layer.equilibrium(Wrench(100.0, 1500.0, 0.2))
+    assert large in found.report.notes and found.report.estimated_error > 4e-4
 
 
 @pytest.fixture(scope="module")

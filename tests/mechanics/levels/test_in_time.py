@@ -7,7 +7,7 @@ from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.histories import LoadHistory
 from sits_mech.mechanics.layer import planar_layer
 from sits_mech.mechanics.levels import in_time
-from sits_mech.notes import NoteKind
+from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, WRENCH, SolveFailed, Wrench
 from sits_mech.scene.sensor import load_sensor
 from sits_mech.silicone.history import retardation
@@ -185,3 +185,11 @@ def test_softening_begins_with_the_least_of_loads() -> None:
         planar_layer(own, 5e-2).in_time(history(range(3), F_z=loads)) for loads in ([0.0, 1e-5, 0.5], [0.0, 0.0, 0.5])
     )
     assert first.pose.d_v[-1] == pytest.approx(alone.pose.d_v[-1], rel=1e-5)
+
+
+def test_a_mesh_beyond_memory_is_noted(monkeypatch) -> None:
+    """The motion is that of the meshes before, where a further one would have been walked."""
+    large = Note.of(NoteKind.MESH_TOO_LARGE, needed=2.0, limit=1.0)
+    monkeypatch.setattr("sits_mech.mechanics.levels.family.Levels.check_memory", lambda _, k: large if k > 1 else None)
+    found = planar_layer(sensor(prony=PRONY), 2e-3).in_time(history([0.0, 1.0], F_z=[0.0, 0.5]))
+    assert large in found.report.notes and found.report.estimated_error > 2e-3
