@@ -208,6 +208,8 @@ def test_losses_around_a_hole_choose_the_model_before_they_are_solved() -> None:
         found = sheets(sensor, 1e-2).impedance(pose, 5e6)
         off = found.error_R / abs(found.R + 2e6j * np.pi * 5 * (found.L - found.L0))
         assert left < off.item() < 1.001 * found.report.estimated_error < 1.2 * left < size < 6 * left
+    many = Pose(np.array([1.0, 0.0]) * MM, np.array([0.6, 0.5]) * MM)
+    assert around(sensor, many) == pytest.approx(around(sensor, Pose(0.0, 0.5 * MM)), rel=1e-3)
     assert not around(scene(ring(10, 8, 0.3)), Pose(0.0, 0.5 * MM))
     assert np.isnan(around(sensor, None))
     fixed = ring(10, 8, 0.3, conductivity=1.0, relative_permeability=5.0, name="G", centre=[0.0, 0.0, 1 * MM])
