@@ -126,10 +126,12 @@ def pose_names(found: Sequence[Equilibrium]) -> tuple[str, ...]:
 
 
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
-    """Return pose with errors, and how it came about."""
+    """Return pose with errors, "?" where something left out has no size, and how it came about."""
     lines, names = status_lines(flags), pose_names([found])
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
+    if any(item.unbounded for item in found.report.left_out):
+        error = dict.fromkeys(error, math.nan)
     for name in names:
         scale, unit = shown_scale(name)
         lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
