@@ -38,6 +38,7 @@ class Grading:
     growth: float  # ratio of neighbouring cells, inwards from the rim
     largest: float  # h_in [m]
     parts: int = 1  # of each cell along each axis, on the same map
+    turns: int = 1  # times as many sectors of a disc, the same along its radius
     reach: float = np.inf  # from the middle; cells beyond may slowly outgrow the largest [m]
     far: float = np.inf  # the same; cells beyond grow like their distance, those at a rim too [m]
 
@@ -83,7 +84,7 @@ def disc_plan(diameter: float, grading: Grading, *, orders: int, inner: float = 
     n is from the largest cell. The polygon has the disc's area. Classes above `orders` are left out.
     """
     radius = diameter / 2
-    n = int(np.clip(2 * round(np.pi * radius / grading.largest), *_SECTORS)) * grading.parts
+    n = int(np.clip(2 * round(np.pi * radius / grading.largest), *_SECTORS)) * grading.parts * grading.turns
     step = 2 * np.pi / n
     r = _radii(inner / 2, radius, grading) * np.sqrt(step / np.sin(step))
     edges = [np.column_stack([r * np.cos(angle), r * np.sin(angle)]) for angle in (-step / 2, step / 2)]

@@ -117,19 +117,19 @@ class Sheets:
         n = len(self.sensor.coils)
         if any(part.susceptibility != 0.0 for part in parts):
             tracks = None
-        found, unknowns, said = np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0, dict[Note, None]()
+        found, unknowns, kept = np.zeros((6, len(parts[0].gap), n, n), dtype=complex), 0, dict[Note, None]()
         gaps, least_step = self._gaps(parts)
         for (*clear, room), top, some, share in serving(gaps, frequency, least_step=least_step):
             own = [part.among(some) for part in parts]
             change, count, notes = self._change(own, clear, room, (frequency, top), tracks)
             found[:, some] += share[:, None, None] * change
-            unknowns, said = max(unknowns, count), said | dict.fromkeys(notes)
+            unknowns, kept = max(unknowns, count), kept | dict.fromkeys(notes)
         value, error = found[:2]
         scale = largest(value.imag)
         relative = float(np.max(error.imag / np.where(scale > 0.0, scale, 1.0), initial=0.0))
         if permeable_rings(parts):  # of the whole change, what `around_holes` leaves with what divisions do
             relative = max(relative, float(np.max(error.real / largest(value))))
-        every = (*said, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
+        every = (*kept, *saturation_notes(self.sensor.coils, parts), *self._winding_notes())
         uneven = None if tracks is None else found[4:]
         return Reaction(value, error, relative, unknowns, 1, notes=every, shared=found[2:4], tracks=uneven)
 

@@ -74,11 +74,11 @@ class Aim:
     def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Prediction:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
-        seen = predicted(first.report, off, self.left, solved)
+        found = predicted(first.report, off, self.left, solved)
         model = MAGNETICS[self.name]
         question = Question(model.share * self.asked, (first.wrench,) * loads)
-        seconds = seen.seconds + model.cost(question).seconds
-        return seen._replace(error=seen.error + self.goal.magnetics, seconds=seconds)
+        seconds = found.seconds + model.cost(question).seconds
+        return found._replace(error=found.error + self.goal.magnetics, seconds=seconds)
 
     def refuse_beyond(self, planned: Prediction, where: str) -> None:
         """Raise SceneError for a tolerance that cannot be reached."""

@@ -48,14 +48,14 @@ def divided_surfaces(
     their field changes [m]. TooLarge where they do not fit, SceneError where they take too long.
     """
     (distance, (reach, far), length), smooth = scale, plate.shape != "outline"
-    width = (min(plate.extent) - plate.hole) / 2
+    half, finest = min(plate.extent) / 2, math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
     counts = _LEVELS["smooth" if smooth else "outline"]
     finer = counts[1] / counts[0]
-    largest = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * width)
-    largest *= math.exp(_PER_DIGIT * (_MIDDLE - rung.terms))
+    whole = min(_ALONG.largest * length, math.sqrt(length * distance) / finer, _WIDEST * half) * finest
+    largest = min(whole, _WIDEST * (half - plate.hole / 2) * finest)
     first = min(_ALONG.first * plate.thickness, _RIM * largest)
     along = replace(_ALONG, first=first, largest=largest, reach=reach, far=far)
-    plans = _plans(plate, along, counts)
+    plans = _plans(plate, along, counts, whole)
     heights = replace(_ALONG, first=first, largest=plate.thickness / 4)
     surfaces = [surface(plan, graded_axis(plate.thickness / 2, heights.coarser(counts[1], parts)))
                 for plan, parts in zip(plans, counts, strict=True)]
@@ -63,14 +63,21 @@ def divided_surfaces(
     return surfaces, counts, _LEFT[smooth] * max(1.0, finer * largest / (_SHOWN * distance)) ** 2
 
 
-def _plans(plate: Target, along: Grading, counts: tuple[int, ...]) -> list[CellPlan]:
-    """Return the divisions of a plate's face; a disc's have the angular orders that the coarser one's sectors tell."""
+def _plans(plate: Target, along: Grading, counts: tuple[int, ...], whole: float) -> list[CellPlan]:
+    """Return the divisions of a plate's face; a disc's angular orders go by the coarser one's sectors.
+
+    Sectors go by the largest cell of a `whole` disc [m]. What a polygon leaves is over a ring's breadth b, like
+    R / (b n^2): n is multiplied by sqrt(R / b). Orders do not need that where the coils stay within the hole.
+    """
     sizes, orders = [along.coarser(counts[1], parts) for parts in counts], 0
     if plate.is_round:
-        wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * along.largest)
+        wide = math.pi * min(plate.extent[0] / 2, along.reach) / (_SECTORS / 2 * whole)
         more = int(np.clip(math.ceil(wide), 1, _MORE))
-        sizes = [along.coarser(more * counts[1], more * parts) for parts in counts]
-        orders = len(disc_plan(plate.extent[0], sizes[1], orders=_SECTORS * more, inner=plate.hole).group) // 2 - 1
+        turns = min(_MORE, more * round(math.sqrt(plate.extent[0] / (plate.extent[0] - plate.hole))))
+        own = (1, turns) if plate.hole else (more, 1)  # a ring's breadth may hold no more than two cells
+        sizes = [replace(along.coarser(own[0] * counts[1], own[0] * parts), turns=own[1]) for parts in counts]
+        sectors = len(disc_plan(plate.extent[0], sizes[1], orders=0, inner=plate.hole).group)
+        orders = sectors // (2 if along.far > plate.hole / 2 else 2 * own[1]) - 1
     return [target_plan(plate, each, orders) for each in sizes]
 
 

@@ -1,4 +1,4 @@
-"""A plate that sees the coils' potential itself, cell by cell, and answers at one frequency: close to them, or at rest.
+"""A plate that sees the coils' potential itself, cell by cell, at one frequency or all: close to them, or at rest.
 
 Close to a wide plate the polynomials of the coils' field over its box would be too many (`divisions.is_near`), and a
 plate that does not move needs none. Nothing stands between here: the mean of each coil's A over each cell, in each

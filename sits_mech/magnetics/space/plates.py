@@ -84,7 +84,7 @@ def holed(plate: Target | Conductor, frequency: float) -> bool:
 
     In a field along its axis that of a ring of radius a, t thick, has t a / (2 mu_r delta^2) of the field itself, and
     less; where t is small to delta, `around_holes` holds it. Of its losses 0.6 to 0.9 times as much are left out of
-    omega L (beside `axis_fem`, mu_r 2 to 20): at a tenth less than a fifth of what is asked, as `check_around` has it.
+    omega L (beside `axis_fem`, mu_r 2 to 20), at a tenth; beyond it is refused.
     """
     metal = plate.metal
     if metal.susceptibility == 0.0 or plate.shape != "ring":
@@ -118,23 +118,23 @@ def around_holes(parts: Sequence[PlacedPlate], coils: Posed, clearance: float, o
 
 
 def around_share(sensor: Sensor, part: Target | Conductor, pose: Pose) -> float:
-    """Return what the error of `around_holes` is of Delta Z at most, of a ring in the first of some poses, by itself.
+    """Return what the error of `around_holes` is of Delta Z at most, of a ring in any of some poses, by itself.
 
     Energy in the field of given currents is stationary, and with the coils' own B for the whole field no more than it
     is: Delta L >= (1 - 1/mu_r)/mu0 int B^2 dV. Of nine rings of mu_r 5 to 1000, Delta L was 1.8 to 5.6 times that.
     """
     fixed = isinstance(part, Conductor)
     alone = sensor.model_copy(update={"target": None if fixed else part, "conductors": (part,) * fixed})
-    place, omega = Pose.of(pose.components.reshape(-1, len(POSE))[:1]), 2 * np.pi * sensor.frequency
+    place, omega = Pose.of(pose.components.reshape(-1, len(POSE))[: 1 if fixed else None]), 2 * np.pi * sensor.frequency
     (placed,) = placed_plates(alone, rotation_matrix(place.rotation), place.centre)
     seen = Posed(sensor.coils, "rings", placed.turns, placed.places)
     points, _, area = _circles(placed)
-    world = points @ placed.turns[0].T + placed.places[0]
+    world = (points @ np.swapaxes(placed.turns, 1, 2) + placed.places[:, None]).reshape(-1, 3)
     fields = (coil_field(coil, world, _STEP * min(part.extent)) for coil in sensor.coils)
-    square = max(float((H**2).sum(axis=1).reshape(_RADII, _ANGLES).mean(axis=1) @ area) for H in fields)
-    unsure = around_holes([placed], seen, float(placed.gap[0]), omega)[1].max()
+    square = np.max([(H**2).sum(axis=1).reshape(-1, _RADII, _ANGLES).mean(axis=2) @ area for H in fields], axis=0)
+    unsure = around_holes([placed], seen, float(placed.gap.min()), omega)[1].max(axis=(1, 2))
     taken = abs(placed.susceptibility / (1.0 + placed.susceptibility)) * part.thickness * square
-    return float(unsure / (omega * mu_0 * taken))
+    return float(np.max(unsure / (omega * mu_0 * taken)))
 
 
 def _circles(part: PlacedPlate) -> tuple[Array, Array, Array]:

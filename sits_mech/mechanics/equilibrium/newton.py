@@ -170,7 +170,7 @@ def bonded_stiffness(body: Bonded, shapes: Array, even: Mask) -> Array:
 
 
 def correction(body: Bonded, load: Array) -> tuple[Array, float]:
-    """Return how far a second Newton step from rest moves q, zero if none is left, and J before it; inf if inverted."""
+    """Return how far a second Newton step from rest moves q, 0 if none is left; the smallest J before it, or inf."""
     here, aim = replace(rest(body), load=load), StepTarget(np.zeros(3, dtype=bool), np.zeros(3))
     for again in (False, True):
         found = residuals_of(body, here)

@@ -125,14 +125,20 @@ def pose_names(found: Sequence[Equilibrium]) -> tuple[str, ...]:
     return POSE[: 6 if any(each.wrench.out_of_plane or each.pose.out_of_plane for each in found) else 3]
 
 
+def _known(report: SolveReport, error: dict[str, float]) -> dict[str, float]:
+    """Return errors, NaN where something left out has no size."""
+    return dict.fromkeys(error, math.nan) if any(item.unbounded for item in report.left_out) else error
+
+
 def equilibrium_table(found: Equilibrium, title: str = "pose", flags: Sequence[str] = ()) -> Table:
-    """Return pose with errors, and how it came about."""
+    """Return pose with errors, "?" where something left out has no size, and how it came about."""
     lines, names = status_lines(flags), pose_names([found])
     pose, error = asdict(found.pose), asdict(found.error)
     sizes = sizes_of(pose | {f"error_{name}": off for name, off in error.items()}, names)
+    shown = (pose, _known(found.report, error), sizes)
     for name in names:
         scale, unit = shown_scale(name)
-        lines.append((name, f"{with_error(*(scale * each[name] for each in (pose, error, sizes)))} {unit}"))
+        lines.append((name, f"{with_error(*(scale * each[name] for each in shown))} {unit}"))
     if found.sunk is not None:
         sunk, off = (1e6 * each for each in found.sunk)
         lines.append(("pressed in", f"{with_error(sunk, off)} um, its lowest point below the cover's top at rest"))

@@ -34,8 +34,8 @@ def test_the_error_to_expect_is_the_answers_within_three(load: tuple[float, floa
     pad, wrench = block_pad(sensor, tolerance), Wrench(*load)
     first, found = first_rest(pad, wrench), pad.equilibrium(wrench)
     assert isinstance(first, Equilibrium)
-    seen = predicted(first.report, first.report.estimated_error, tolerance)
-    assert 1 / 3 < seen.error / found.report.estimated_error < 3 and 0.1 < seen.seconds < 5.0
+    price = predicted(first.report, first.report.estimated_error, tolerance)
+    assert 1 / 3 < price.error / found.report.estimated_error < 3 and 0.1 < price.seconds < 5.0
 
 
 @pytest.mark.slow
@@ -50,9 +50,9 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
 
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
-    seen = first_rest(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0))
-    assert isinstance(seen, Prediction) and math.isinf(seen.error)
-    assert sentence(seen.notes[0]).startswith("a large load for this pad: wrench")
+    price = first_rest(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0))
+    assert isinstance(price, Prediction) and math.isinf(price.error)
+    assert sentence(price.notes[0]).startswith("a large load for this pad: wrench")
 
 
 def test_models_of_one_mesh_are_not_looked_at() -> None:
@@ -82,8 +82,8 @@ def test_contact_and_data_that_end_are_read_from_kinds() -> None:
 
 
 def test_loads_that_wander_gain_nothing_on_finer_meshes() -> None:
-    seen = predicted(replace(FIRST, iterations=40), 0.02, 1e-2)
-    assert seen.error == 0.02 and "cannot be reached" in sentence(seen.notes[0])
+    price = predicted(replace(FIRST, iterations=40), 0.02, 1e-2)
+    assert price.error == 0.02 and "cannot be reached" in sentence(price.notes[0])
 
 
 def test_of_a_table_two_loads_are_compared() -> None:

@@ -3,13 +3,15 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from sits_mech.chain.simulate import simulate
-from sits_mech.quantities import Wrench
+from sits_mech.notes import Omission, OmissionKind, Relative
+from sits_mech.quantities import Equilibrium, Pose, SolveReport, Wrench
 from sits_mech.report.tables.drift import temperatures_table
-from sits_mech.report.tables.solves import figure_text, point_name, short, sizes_of, with_error
+from sits_mech.report.tables.solves import equilibrium_table, figure_text, point_name, short, sizes_of, with_error
 from sits_mech.scene.sensor import load_sensor
 
 
@@ -32,6 +34,14 @@ def test_what_is_below_a_millionth_of_the_run_is_nothing(value: float, error: fl
     assert with_error(value, error, 3.0) == expected
     if abs(value) < 1e-6 and error < 1e-6:
         assert figure_text(value, 1.1 * abs(value), unit="N", size=3.0) == "0 N"
+
+
+@pytest.mark.parametrize(("size", "expected"), [(math.nan, "2000 +- ? um"), (0.1, "2000.0 +- 1.0 um")])
+def test_a_pose_of_which_something_is_not_known_has_no_bar(size: float, expected: str) -> None:
+    left = Omission(OmissionKind.NO_TARGET, size, Relative.DISPLACEMENT)
+    report = SolveReport("linear", 10, 1, 0.0, 1e-3, 0.1, left_out=(left,))
+    found = Equilibrium(Wrench(0.0, 1.0), Pose(0.0, 2e-3), Pose(0.0, 1e-6), np.zeros(1), report)
+    assert expected in [*equilibrium_table(found).columns[1].cells]
 
 
 def test_what_no_decimals_show_is_nothing() -> None:
