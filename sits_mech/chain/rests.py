@@ -12,7 +12,7 @@ from sits_mech.chain.models import Choice, loaded_model
 from sits_mech.chain.omitted.mechanical import including, mechanical_omissions
 from sits_mech.chain.plans.aimed import aim_at
 from sits_mech.chain.plans.goal import Goal
-from sits_mech.chain.plans.prices import Prediction
+from sits_mech.chain.plans.prices import MeshForecast
 from sits_mech.chain.propagation import poses_of
 from sits_mech.geometry.collision import check_clearance
 from sits_mech.mechanics.levels.load_path import depends_on_path
@@ -46,7 +46,7 @@ class AimedRest(NamedTuple):
     left_out: tuple[Omission, ...]  # by the mechanics
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
-    planned: Prediction | None = None  # from the first meshes; None where nothing was planned
+    planned: MeshForecast | None = None  # from the first meshes; None where nothing was planned
     reached: float = float("nan")  # error of the numerics over the signals' full scale
     goal: Goal | None = None
 

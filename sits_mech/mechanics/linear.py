@@ -52,7 +52,7 @@ from sits_mech.mechanics.equilibrium.newton import small_strain_compliance as un
 from sits_mech.mechanics.levels.answer import errors_of, law_notes, relative
 from sits_mech.mechanics.levels.family import Levels
 from sits_mech.mechanics.levels.gradient import Family, PoseSlopes, equilibrium_slopes
-from sits_mech.mechanics.levels.refine import refined
+from sits_mech.mechanics.levels.refine import refinements
 from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.mechanics.pad.planar import Edges, edge_effect, edge_notes, layer_family
 from sits_mech.mechanics.pad.section import layer_parts, layer_scales
@@ -225,7 +225,7 @@ def _compliant(
 ) -> SmallStrain:
     """Return the model with as many levels as the tolerance asks for."""
     asked = checked_tolerance(tolerance)
-    for found in refined(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), len(levels)):
+    for found in refinements(levels, (undeformed(levels.maker(level)) for level in range(len(levels))), len(levels)):
         limit = levels.limit([C[:3, :3].ravel() for C, _ in found])
         if np.max(np.diag(limit.error.reshape(3, 3)) / np.diag(limit.value.reshape(3, 3))) <= asked:
             break

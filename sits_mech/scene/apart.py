@@ -28,7 +28,7 @@ from sits_mech.scene.parts.coils import Coil
 from sits_mech.scene.parts.cover import Cover
 from sits_mech.scene.parts.elastomer import Elastomer, pillar_middles
 from sits_mech.scene.parts.metal import BoxedPart, Conductor, Target, separation
-from sits_mech.scene.parts.outlines import Loop, circle, crossing, polygon
+from sits_mech.scene.parts.outlines import Loop, circle, lines_crossing, polygon
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
 
@@ -227,7 +227,7 @@ def _met(coil: Coil, other: Coil, aside: float) -> tuple[str, str]:
 
 def _check_tracks(names: str, z: float, lines: Sequence[Array]) -> None:
     """Refuse tracks of two coils that cross in one layer."""
-    place = crossing(lines)
+    place = lines_crossing(lines)
     if place is not None:
         raise SceneError(
             f"{names} overlap: tracks must not cross in one layer; those at z = {mm(z)} do at x = {mm(place[0], 4)}, "

@@ -18,7 +18,7 @@ from sits_mech.chain.omitted import mechanical as leaving
 from sits_mech.chain.plans import aimed
 from sits_mech.chain.plans.aimed import AimedLoads
 from sits_mech.chain.plans.goal import Goal, answer_error
-from sits_mech.chain.plans.prices import Prediction
+from sits_mech.chain.plans.prices import MeshForecast
 from sits_mech.chain.propagation import poses_of
 from sits_mech.chain.simulate import simulate
 from sits_mech.cli.console import kept_promise
@@ -324,7 +324,7 @@ def test_a_table_keeps_what_its_models_leave_out(sensor: Sensor, monkeypatch: py
 
 def test_what_was_planned_is_told_where_it_was() -> None:
     assert _promised(AimedLoads({}, Linear(), 1e-2), 0.03) == {}
-    found = _promised(AimedLoads({}, Linear(), 1e-2, Prediction(0.03, 4.0), 0.02), 0.05)
+    found = _promised(AimedLoads({}, Linear(), 1e-2, MeshForecast(0.03, 4.0), 0.02), 0.05)
     assert found == {"planned": [4.0, 0.03], "reached": 0.02, "error": 0.05}
     words = "planned: 4 s, error 3 % of the signals' full scale; reached: 5 s, error 2 %"
     assert kept_promise((4.0, 0.03), (5.0, 0.02), 0.0201) == words

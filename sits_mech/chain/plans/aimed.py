@@ -22,7 +22,7 @@ from sits_mech.chain.interpolate import LayerGrid, poses_on_grid, solved_likely,
 from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model, mechanical_model
 from sits_mech.chain.omitted.mechanical import with_omissions
 from sits_mech.chain.plans.goal import HALF, Goal, goal_at
-from sits_mech.chain.plans.prices import SURE, Prediction, predicted
+from sits_mech.chain.plans.prices import SURE, MeshForecast, predicted
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.geometry.collision import Collision, check_clearance
@@ -39,7 +39,7 @@ from sits_mech.units import SLACK
 class Promise(NamedTuple):
     """Seconds of processor time and error, over the signals' full scale: planned after a first look, and reached."""
 
-    planned: Prediction
+    planned: MeshForecast
     seconds: float
     reached: float  # as planned: of the numerics
     error: float  # the whole, with what is left out
@@ -71,7 +71,7 @@ class Aim:
         numerics, all_of_it = (self.goal.mechanics(poses_of(each)) for each in (own, whole))
         return replace(self, goal=replace(self.goal, left_out=all_of_it - numerics))
 
-    def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> Prediction:
+    def promised(self, first: Equilibrium, loads: int, solved: int = 1) -> MeshForecast:
         """Predict error and cost of so many loads, `solved` of them solved, from the largest's first meshes."""
         off = self.goal.mechanics(poses_of([first]))
         found = predicted(first.report, off, self.left, solved)
@@ -80,7 +80,7 @@ class Aim:
         seconds = found.seconds + model.cost(question).seconds
         return found._replace(error=found.error + self.goal.magnetics, seconds=seconds)
 
-    def refuse_beyond(self, planned: Prediction, where: str) -> None:
+    def refuse_beyond(self, planned: MeshForecast, where: str) -> None:
         """Raise SceneError for a tolerance that cannot be reached."""
         if planned.error > SURE * self.tolerance:
             can = f"{planned.error:.1g} can be reached in about {planned.seconds:.2g} s, which best takes"
@@ -139,7 +139,7 @@ class AimedLoads(NamedTuple):
     settled: Mapping[Wrench, Settled]
     field: MagneticModel  # as fine as the signals need
     asked: float  # tolerance of `field`
-    planned: Prediction | None = None  # from the largest load's first meshes; None where nothing was planned
+    planned: MeshForecast | None = None  # from the largest load's first meshes; None where nothing was planned
     reached: float = np.nan  # error over the signals' full scale; NaN where nothing was planned
     goal: Goal | None = None  # None where no signal changes
 
@@ -158,7 +158,7 @@ def aimed_loads(
     loads, begun = grid.loads, dict[Wrench, Settled]()
     aim: Aim | None = None
     first: Equilibrium | None = None  # under the largest load
-    planned: Prediction | None = None
+    planned: MeshForecast | None = None
 
     def aimed(some: Iterable[Settled]) -> Aim | None:
         """Return the aim of the table from some of its loads; None where they tell nothing."""

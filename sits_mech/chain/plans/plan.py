@@ -22,7 +22,7 @@ from sits_mech.chain.plans.aimed import aimed_mechanics
 from sits_mech.chain.plans.goal import HALF, goal_of
 from sits_mech.chain.plans.prices import (
     LoadForecast,
-    Prediction,
+    MeshForecast,
     first_rest,
     forecast_load,
     forecast_touch,
@@ -141,7 +141,7 @@ def plan(
     left_out = (POSE_GIVEN,) if layer is None else mechanical_omissions(sensor, layer.name, loads, bent=layer.bent)
     left_out += (*magnetic_omissions(sensor, field, loads, at_rest=True), *_between(loads, layer, asked))
     error = sum(step.error for step in steps) + sized(left_out)
-    notes = (*(forecast.notes if isinstance(forecast, Prediction) else ()), *_notes(sensor, loads, forecast))
+    notes = (*(forecast.notes if isinstance(forecast, MeshForecast) else ()), *_notes(sensor, loads, forecast))
     return Plan(
         layer, field, steps, _better((layer, field), pairs, left_out, error), left_out, error,
         tuple(item for item in left_out if item.unbounded), sum(step.seconds for step in steps), notes,
@@ -213,7 +213,7 @@ def _solved(loads: Sequence[Wrench]) -> Sequence[Wrench]:
 
 def _halves(
     sensor: Sensor, solved: Sensor, chosen: tuple[Choice | None, Choice], loads: Sequence[Wrench],
-    forecast: Prediction | LoadForecast | None,
+    forecast: MeshForecast | LoadForecast | None,
 ) -> Iterator[tuple[PlannedHalf, list[PlannedHalf]]]:
     """Yield what is solved of each half, as its first meshes show it, and what its next two rungs would take."""
     layer, field = chosen
@@ -302,7 +302,7 @@ def _at_rest(sensor: Sensor, question: Question, field: Choice) -> Question:
 
 def _forecast(
     sensor: Sensor, choice: Choice | None, coils: tuple[Sensor, str], loads: Sequence[Wrench], tolerance: float
-) -> Prediction | LoadForecast | None:
+) -> MeshForecast | LoadForecast | None:
     """Return what the first meshes show of one load at finite strain, for the signals of a coarse model.
 
     Its counts where these meshes are dear and the first does not refuse it, and of a shape on a cover, whose strain has
@@ -328,7 +328,7 @@ def _forecast(
     return forecast._replace(magnetics=min(least, HALF * tolerance))
 
 
-def _as_forecast(step: PlannedHalf, forecast: Prediction | LoadForecast | None) -> PlannedHalf:
+def _as_forecast(step: PlannedHalf, forecast: MeshForecast | LoadForecast | None) -> PlannedHalf:
     """Return a step as the load's first meshes show it, or as it is counted."""
     if forecast is None:
         return step
@@ -339,7 +339,7 @@ def _as_forecast(step: PlannedHalf, forecast: Prediction | LoadForecast | None) 
     return step if forecast.magnetics is None else replace(step, error=forecast.magnetics)
 
 
-def _notes(sensor: Sensor, loads: Sequence[Wrench], forecast: Prediction | LoadForecast | None) -> tuple[Note, ...]:
+def _notes(sensor: Sensor, loads: Sequence[Wrench], forecast: MeshForecast | LoadForecast | None) -> tuple[Note, ...]:
     """Return what speaks against a request, besides what was forecast of it."""
     bound = strain_bound(sensor, loads)
     found = list[Note]()
@@ -347,7 +347,7 @@ def _notes(sensor: Sensor, loads: Sequence[Wrench], forecast: Prediction | LoadF
         found += _overhang(sensor)
         lines = (text for silicone in silicones_of(sensor) for text in implausible(silicone))
         found += (Note.of(NoteKind.STATED, text=text) for text in (*lines, *untested_notes(sensor)))
-    if not isinstance(forecast, Prediction) and loads and _HELD < bound < math.inf:
+    if not isinstance(forecast, MeshForecast) and loads and _HELD < bound < math.inf:
         found.append(Note.of(NoteKind.LARGE_LOAD, bound=bound, held=_HELD))
     return tuple(found)
 

@@ -129,7 +129,7 @@ def _motion_ahead(sensor: Sensor, load: Wrench) -> tuple[float, bool]:
     return math.hypot(sink + edge, shear), near and sink * reach > _BULGED
 
 
-class Prediction(NamedTuple):
+class MeshForecast(NamedTuple):
     """Relative error to expect of a load's answer, processor seconds, and notes that speak against it.
 
     The error is infinite where the load is not carried; `magnetics` is the error beside it, where known.
@@ -141,7 +141,7 @@ class Prediction(NamedTuple):
     magnetics: float | None = None
 
 
-def first_rest(layer: MechanicalModel, load: Wrench) -> Equilibrium | Prediction | None:
+def first_rest(layer: MechanicalModel, load: Wrench) -> Equilibrium | MeshForecast | None:
     """Return the rest under a load [N, N m] on a model's first meshes, None of a model that has none.
 
     Where the load is not carried, what to expect of it.
@@ -154,7 +154,7 @@ def first_rest(layer: MechanicalModel, load: Wrench) -> Equilibrium | Prediction
         return _not_carried(failure)
 
 
-def refused_or(ahead: LoadForecast, sensor: Sensor, load: Wrench) -> Prediction | LoadForecast:
+def refused_or(ahead: LoadForecast, sensor: Sensor, load: Wrench) -> MeshForecast | LoadForecast:
     """Return what to expect of a load that the first mesh of a pad refuses; the counts `ahead` of any other.
 
     Those of dear meshes, and of loads out of the plane or with friction, too.
@@ -170,21 +170,21 @@ def refused_or(ahead: LoadForecast, sensor: Sensor, load: Wrench) -> Prediction 
     return ahead
 
 
-def _not_carried(failure: SolveFailed) -> Prediction:
+def _not_carried(failure: SolveFailed) -> MeshForecast:
     """Return what to expect of a load that is refused."""
     note = Note.of(NoteKind.NOT_CARRIED, text=str(failure))
-    return Prediction(math.inf, _seconds(failure.report), (note,))
+    return MeshForecast(math.inf, _seconds(failure.report), (note,))
 
 
-def predicted(first: SolveReport, error: float, tolerance: float, count: int = 1) -> Prediction:
+def predicted(first: SolveReport, error: float, tolerance: float, count: int = 1) -> MeshForecast:
     """Return what to expect of `count` loads from the answer and error of the largest one's first two meshes."""
     each = _seconds(first) * (1.0 if count == 1 else _MEAN)
     if error <= tolerance:
-        return Prediction(error, count * each, _known(first))
+        return MeshForecast(error, count * each, _known(first))
     finer, times, left = further(first, error, tolerance, count)
     seconds = (count + finer * times) * each
     beyond = Note.of(NoteKind.OUT_OF_REACH, tolerance=tolerance, reached=left)
-    return Prediction(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
+    return MeshForecast(left, seconds, (*_known(first), *([beyond] if left > tolerance else [])))
 
 
 def further(first: SolveReport, error: float, tolerance: float, count: int) -> tuple[int, float, float]:

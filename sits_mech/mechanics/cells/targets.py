@@ -32,7 +32,7 @@ from sits_mech.mechanics.element.mesh import BRICK, solid_mesh
 from sits_mech.mechanics.element.target import bonded_tangent, work_of_load
 from sits_mech.mechanics.equilibrium.body import Bonded
 from sits_mech.mechanics.levels.family import Levels
-from sits_mech.mechanics.levels.refine import refined
+from sits_mech.mechanics.levels.refine import refinements
 from sits_mech.mechanics.pad.cell_lines import ONE, cell_lines, in_slots, inside_of, scaled_ends
 from sits_mech.mechanics.pad.families import FINENESS, terms_of
 from sits_mech.mechanics.pad.solid import numbered, pad_scales, solid
@@ -97,7 +97,7 @@ def cells_pad(
     scales, ways = pad_scales(cells.sensor, 1.0), [] if force is None else spreads(cells, force)
     scale = scales.thickness, (force or 0.0) / scales.force
     own = (cells_level(cells, levels.maker(level)) for level in range(len(levels)))
-    for found in refined(levels, (_measured(cells, each, ways, scale, k == 0) for k, each in enumerate(own)), most):
+    for found in refinements(levels, (_measured(cells, each, ways, scale, k == 0) for k, each in enumerate(own)), most):
         if _relative_error(levels, found, force is not None, seen) <= asked:
             break
     compliances, moved, spread, more = zip(*found, strict=True)

@@ -20,7 +20,7 @@ from sits_mech.mechanics.equilibrium.control import Control, Scales
 from sits_mech.mechanics.equilibrium.outcome import Outcome
 from sits_mech.mechanics.faces.face_contact import face_notes
 from sits_mech.mechanics.levels.family import Levels, Limit, Line
-from sits_mech.mechanics.levels.refine import later_rests, refined
+from sits_mech.mechanics.levels.refine import later_rests, refinements
 from sits_mech.notes import Note
 from sits_mech.quantities import Array, Bounded, Equilibrium, Mask, Pose, SolveReport, Wrench
 from sits_mech.scene.sensor import Sensor, silicones_of
@@ -169,7 +169,7 @@ def extrapolated_equilibrium(
     most = 3 if body.parts and len(body.mesh.axes) == 3 else levels.rested  # contact moves with every mesh
     most = min(most, len(levels), line.deepest)
 
-    for found in refined(levels, chain(begun, walk or later_rests(levels, states, (held, end), given)), most):
+    for found in refinements(levels, chain(begun, walk or later_rests(levels, states, (held, end), given)), most):
         large, level = None, len(found)
         if level > 2:
             late = np.where(held, 0.0, found[-1].off / unit)

@@ -43,7 +43,7 @@ from sits_mech.mechanics.levels.answer import (
     touch_notes,
 )
 from sits_mech.mechanics.levels.family import PAIR, WALKED, Levels, Line
-from sits_mech.mechanics.levels.refine import refined
+from sits_mech.mechanics.levels.refine import refinements
 from sits_mech.notes import Note, NoteKind
 from sits_mech.quantities import POSE, Array, Ended, Mask, Pose, SolveFailed, SolveReport
 
@@ -114,7 +114,7 @@ def _on_family(line: Line, levels: Levels, history: LoadHistory, progress: Progr
                     raise
                 return
 
-    for walks in refined(levels, walked(), count):
+    for walks in refinements(levels, walked(), count):
         large, least = None, (walks[0].least, walks[1].least)
         if len(walks) == count or _limits(levels, first, walks).relative <= asked or levels.creased(least):
             break  # or a further one would crease

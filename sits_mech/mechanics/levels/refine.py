@@ -3,7 +3,7 @@
     levels --(measured on one after the other)--> values --(as wanted?)--> answer, or the next level
 
 So a pose is refined (answer.py), a history of poses (in_time.py) and a compliance (linear.py): who asks takes the
-values of `refined` until they will do.
+values of `refinements` until they will do.
 
 The first two levels are brought to rest (equilibrium/path.py). On finer ones Newton steps from the state of the level
 before, cells at rims eliminated (equilibrium/elimination.py), end when the target no longer moves. If cells at rims
@@ -42,7 +42,7 @@ _NEAR, _AT_END = 0.05, 0.01  # of the size of the load: forces in a patch at whi
 _ENOUGH = 0.05  # of the difference of two levels: a correction that is closer is not gone on with
 
 
-def refined(levels: Levels, values: Iterator[_Measured], most: int) -> Iterator[list[_Measured]]:
+def refinements(levels: Levels, values: Iterator[_Measured], most: int) -> Iterator[list[_Measured]]:
     """Yield the values of the first two levels, then those of one more each time, of at most `most`.
 
     It ends where `values` do, or memory. Raise ValueError where that does not hold the first two.

@@ -37,7 +37,7 @@ from sits_mech.scene.bounds import (
     Place,
     Point,
 )
-from sits_mech.scene.parts.outlines import Loop, crossing
+from sits_mech.scene.parts.outlines import Loop, lines_crossing
 from sits_mech.scene.parts.turns import SIDES, reach, turn
 from sits_mech.units import SLACK, SceneError
 from sits_mech.units import millimetres as mm
@@ -255,7 +255,7 @@ class Coil(BaseModel):
         """Refuse tracks of a path that cross or touch in one layer, other than end to end."""
         for height in self.heights:
             lines = [np.array(line)[:, :2] for line in self.path if line[0][2] == height]
-            place = crossing(lines)
+            place = lines_crossing(lines)
             if place is not None:
                 raise SceneError(
                     f"path: tracks must not cross in one layer; those at z = {mm(height)} do at x = "

@@ -58,7 +58,7 @@ def polygon(loops: Sequence[ArrayLike]) -> Any:
     return shapely.Polygon(loops[0], loops[1:])
 
 
-def crossing(lines: Sequence[Array]) -> tuple[float, float] | None:
+def lines_crossing(lines: Sequence[Array]) -> tuple[float, float] | None:
     """Return a place where polylines (k, 2) cross or touch, other than one's end the next one's beginning [m]."""
     import shapely
 
@@ -82,7 +82,7 @@ def crossing(lines: Sequence[Array]) -> tuple[float, float] | None:
 
 def first_crossing(loops: Sequence[ArrayLike]) -> tuple[float, float] | None:
     """Return where two edges of an outline cross or touch beyond the corner they share [m]; None if none do."""
-    return crossing([np.vstack([loop, np.asarray(loop)[:1]]) for loop in loops])
+    return lines_crossing([np.vstack([loop, np.asarray(loop)[:1]]) for loop in loops])
 
 
 def check_rims(points: Loop | None, holes: tuple[Loop, ...]) -> None:

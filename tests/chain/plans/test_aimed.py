@@ -10,7 +10,7 @@ from sits_mech.chain.models import MAGNETICS, Choice, Why, loaded_model
 from sits_mech.chain.plans import aimed
 from sits_mech.chain.plans.aimed import Promise, aim_at, aimed_loads, aimed_mechanics, readable_poses, status_of
 from sits_mech.chain.plans.goal import HALF
-from sits_mech.chain.plans.prices import Prediction, predicted
+from sits_mech.chain.plans.prices import MeshForecast, predicted
 from sits_mech.chain.propagation import poses_of
 from sits_mech.description import Question
 from sits_mech.mechanics.layer import planar_layer
@@ -91,9 +91,9 @@ def test_what_no_goal_refines_is_chosen_once_more(
 def test_what_is_surely_missed_is_refused_with_what_can_be_had() -> None:
     aim = aim_at(SENSOR, "planar", 1e-2, [LOAD], [POSE])
     assert aim is not None
-    aim.refuse_beyond(Prediction(0.029, 3.0), "F_x = 1 N")
+    aim.refuse_beyond(MeshForecast(0.029, 3.0), "F_x = 1 N")
     with pytest.raises(SceneError, match=r"reached at F_x = 1 N; got 0.01: 0.03 .* in about 3.2 s, which best takes$"):
-        aim.refuse_beyond(Prediction(0.031, 3.2), "F_x = 1 N")
+        aim.refuse_beyond(MeshForecast(0.031, 3.2), "F_x = 1 N")
 
 
 def test_coils_that_show_nothing_are_no_aim() -> None:

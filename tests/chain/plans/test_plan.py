@@ -20,7 +20,7 @@ from sits_mech.chain.plans.plan import (
     magnetic_omissions,
     plan,
 )
-from sits_mech.chain.plans.prices import Prediction
+from sits_mech.chain.plans.prices import MeshForecast
 from sits_mech.chain.propagation import poses_of, read_poses
 from sits_mech.description import Cost, Description, Question, Refusal
 from sits_mech.magnetics.bars import planar_bars
@@ -182,7 +182,7 @@ def test_what_was_seen_of_a_load_replaces_what_is_usual(
 ) -> None:
     """Its error and seconds, of its half; no finer rungs of it are offered, and its notes come first."""
     monkeypatch.setattr(planning, "_at_rest", lambda sensor, question, field: question)
-    monkeypatch.setattr(planning, "_forecast", lambda *_: Prediction(0.07, 9.0, (SEEN,), magnetics))
+    monkeypatch.setattr(planning, "_forecast", lambda *_: MeshForecast(0.07, 9.0, (SEEN,), magnetics))
     found = plan(SENSOR, MANY[-1:], tolerance=0.1, **SECTION)
     mechanics, other = found.steps
     assert (mechanics.error, mechanics.seconds, other.error) == (0.07, 9.0, pytest.approx(error))
@@ -277,9 +277,9 @@ def test_a_load_is_looked_at_by_what_a_coarse_model_shows(
     monkeypatch.setattr(planning, "MAGNETICS", {"planar": field})
     monkeypatch.setattr(planning, "goal_of", lambda sensor, field, poses: field.impedance(poses[0], 1e6) and goal)
     monkeypatch.setattr(planning, "first_rest", lambda *_: rest)
-    monkeypatch.setattr(planning, "predicted", lambda report, off, asked: Prediction(off, 1.0))
+    monkeypatch.setattr(planning, "predicted", lambda report, off, asked: MeshForecast(off, 1.0))
     found = _forecast(SENSOR, Choice("block"), (SENSOR, "planar"), [LOAD], 0.1)
-    assert found == Prediction(pytest.approx(error), 1.0, magnetics=magnetics and pytest.approx(magnetics))
+    assert found == MeshForecast(pytest.approx(error), 1.0, magnetics=magnetics and pytest.approx(magnetics))
 
 
 def test_nothing_is_looked_at_of_many_loads_or_none(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -322,7 +322,8 @@ def test_a_plan_promises_no_more_than_there_is() -> None:
 def test_large_loads_are_told_where_no_solve_has_seen_them() -> None:
     """Small strain off by 0.35, 0.47 and, of a slender layer, by no number."""
     small, large = [Wrench(F_z=1.0)], [Wrench(F_z=1.3)]
-    assert _notes(SENSOR, small, None) == _notes(SENSOR, [], None) == _notes(SENSOR, large, Prediction(0.1, 1.0)) == ()
+    forecast = MeshForecast(0.1, 1.0)
+    assert _notes(SENSOR, small, None) == _notes(SENSOR, [], None) == _notes(SENSOR, large, forecast) == ()
     (note,) = _notes(SENSOR, large, None)
     assert note.kind is NoteKind.LARGE_LOAD and note.known == {"bound": pytest.approx(0.473, abs=1e-3), "held": 0.4}
     slender = load_sensor("biorob2018", ["elastomer.thickness=0.1"])

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from sits_mech.chain.plans.plan import plan, planned_seconds
-from sits_mech.chain.plans.prices import Prediction, first_rest, forecast_load, forecast_touch, predicted
+from sits_mech.chain.plans.prices import MeshForecast, first_rest, forecast_load, forecast_touch, predicted
 from sits_mech.mechanics.block import block_pad
 from sits_mech.mechanics.linear import linear_pad
 from sits_mech.mechanics.pad import families
@@ -51,7 +51,7 @@ def test_a_tolerance_that_is_not_to_be_had_and_data_that_end_come_first() -> Non
 @pytest.mark.slow
 def test_a_load_that_is_not_carried_has_no_error() -> None:
     price = first_rest(block_pad(load_sensor("biorob2018"), 1e-2), Wrench(F_z=400.0))
-    assert isinstance(price, Prediction) and math.isinf(price.error)
+    assert isinstance(price, MeshForecast) and math.isinf(price.error)
     assert sentence(price.notes[0]).startswith("a large load for this pad: wrench")
 
 

@@ -12,7 +12,7 @@ from sits_mech.mechanics.equilibrium.body import rest
 from sits_mech.mechanics.equilibrium.newton import newton
 from sits_mech.mechanics.equilibrium.outcome import Path
 from sits_mech.mechanics.equilibrium.path import advance
-from sits_mech.mechanics.levels.refine import later_rests, prolonged, refined
+from sits_mech.mechanics.levels.refine import later_rests, prolonged, refinements
 from sits_mech.mechanics.pad.families import pad_family
 from sits_mech.scene.sensor import load_sensor
 
@@ -29,7 +29,7 @@ def levels():
 def test_levels_are_measured_one_after_the_other(most, held, there, found):
     """Two at first; no more than asked for, than memory holds, or than there are; each is measured when it is taken."""
     family, values = SimpleNamespace(check_memory=lambda level: level >= held), iter(range(there))
-    assert [list(each) for each in refined(family, values, most)] == [list(range(k)) for k in range(2, found + 1)]
+    assert [list(each) for each in refinements(family, values, most)] == [list(range(k)) for k in range(2, found + 1)]
     assert next(values, None) == (None if found == there else found)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sits_mech.scene.parts.coils import Coil, crossing
+from sits_mech.scene.parts.coils import Coil
+from sits_mech.scene.parts.outlines import lines_crossing
 from sits_mech.scene.sensor import SceneError, Sensor, load_sensor, scene_text, sensor_from
 
 TRACK = {"track_width": "0.1 mm", "track_thickness": "35 um"}
@@ -157,11 +158,11 @@ def test_tracks_may_cross_in_different_layers() -> None:
 def test_crossings_of_polylines() -> None:
     """Cross, touch, fold back on themselves; not end to end, nor far away."""
     line = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
-    assert crossing([line, np.array([[2.0, 2.0], [0.0, 2.0], [0.0, 1.0]])]) is None
-    assert crossing([line, np.array([[1.0, 1.0], [1.0, -1.0]])]) == pytest.approx((1.0, 0.0))
-    assert crossing([line, np.array([[1.0, 1.0], [2.0, 1.0]])]) is not None  # touches
-    assert crossing([np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]])]) is not None  # folds
-    assert crossing([line, np.array([[0.5, 0.0], [1.5, 0.0]])]) is not None  # lies on it
+    assert lines_crossing([line, np.array([[2.0, 2.0], [0.0, 2.0], [0.0, 1.0]])]) is None
+    assert lines_crossing([line, np.array([[1.0, 1.0], [1.0, -1.0]])]) == pytest.approx((1.0, 0.0))
+    assert lines_crossing([line, np.array([[1.0, 1.0], [2.0, 1.0]])]) is not None  # touches
+    assert lines_crossing([np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]])]) is not None  # folds
+    assert lines_crossing([line, np.array([[0.5, 0.0], [1.5, 0.0]])]) is not None  # lies on it
 
 
 def test_coils_side_by_side_and_over_each_other() -> None:
