@@ -202,13 +202,13 @@ def test_mirror_and_turns(model: Sheets) -> None:
 def test_extreme_skin_ratios_follow_the_skin_depth(sensor: Sensor) -> None:
     """Delta L tends to that of a perfect conductor (FEM as above, -61.41 nH), R / sqrt(f / sigma) to one value.
 
-    889 skin depths at 1e12 S/m: within three times the stated errors, that of R below 10 %.
+    889 skin depths at 1e12 S/m: within three times the stated errors, of R below 10 %, of L 0.8 % with its corners.
     """
     plate = 'relative_permeability=1, shape="rectangle", width="8 mm", length="8 mm", thickness="0.2 mm"'
     found = [sheets(load_sensor("biorob2018", [f"target={{conductivity={sigma}, {plate}}}"])).impedance(
         Pose(0.0, 2e-3), 5e6) for sigma in (1e10, 1e12)]
     change, error = ((values * 1e9)[0, 0] for values in (found[1].L - found[1].L0, found[1].error_L))
-    assert abs(change + 61.41) < 3.0 * error + 0.02 < 1.5
+    assert abs(change + 61.41) < 3.0 * error + 0.02 < 1.6
     (R, off), (other, _) = ((z.R[0, 0] * s, z.error_R[0, 0] * s) for z, s in zip(found, (1e5, 1e6), strict=True))
     assert abs(R - other) < 3.0 * off < 0.3 * R
 
